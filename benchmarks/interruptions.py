@@ -1,12 +1,11 @@
 """A source that is killed and started again ten times, and sends something malformed
 after every hundredth wrench: do samples of each life come, and is the rest counted?
-``python -m benchmarks.interruptions [LIVES [NAME ...]]``."""
+``python -m benchmarks.interruptions [NUMBER [NAME ...]]``."""
 
-import sys
 import time
 from collections import Counter
 
-from benchmarks.transports import ADDRESSES, NAMES, port_for, start_peer
+from benchmarks.transports import ADDRESSES, asked, port_for, start_peer
 from hefting.core.messages import Message
 from hefting.online.samples import Samples
 from hefting.sources import source_of
@@ -67,11 +66,11 @@ def _wait_for_samples(found: Lives, pump: Pump) -> None:
 
 
 def main() -> None:
-    """Print a table."""
-    lives = int(sys.argv[1]) if len(sys.argv) > 1 else 10
+    """What comes from sources that are killed and started again, as a table."""
+    lives, names = asked("interruptions", main.__doc__ or "", "lives of each", 10)
     print("transport  wrenches of each life: fewest, most  lost  back  skipped")
-    for name in sys.argv[2:] or NAMES:
-        found, pump = run(name, lives)
+    for name in names:
+        found, pump = run(name, int(lives))
         fewest, most = min(found.wrenches), max(found.wrenches)
         lost, back = (found.said[f"source-{what}"] for what in ("lost", "back"))
         skipped = dict(pump.source.skipped)

@@ -1,15 +1,14 @@
 """From a sample to an estimate with it: 500 wrenches and 100 poses a second, sent by
-another process through each transport. ``python -m benchmarks.live_latency [SECONDS
+another process through each transport. ``python -m benchmarks.live_latency [NUMBER
 [NAME ...]]``."""
 
 import gc
-import sys
 import time
 
 import numpy as np
 
 from benchmarks.peers import RATE
-from benchmarks.transports import ADDRESSES, NAMES, port_for, start_peer
+from benchmarks.transports import ADDRESSES, asked, port_for, start_peer
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.online import LiveIdentifier
@@ -83,10 +82,10 @@ def delays(name: str, seconds: float) -> list[float]:
 
 
 def main() -> None:
-    """Print a table."""
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
+    """How long it takes from a sample to an estimate with it, as a table."""
+    seconds, names = asked("live_latency", main.__doc__ or "", "seconds of each", 60.0)
     print("transport  estimates  median  90 %  99 %  most [ms]")
-    for name in sys.argv[2:] or NAMES:
+    for name in names:
         found = delays(name, seconds)
         if not found:
             raise SystemExit(f"{name}: there was no estimate: send for longer")

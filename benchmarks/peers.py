@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.fast_dds import FastDds
-from hefting.logs.ros.serialising import Messages, serialise
+from hefting.logs.ros.writing import Messages, serialise
 
 RATE, RATIO = 500, 5
 """Wrenches a second, and wrenches to each pose."""

@@ -1,6 +1,7 @@
 """Samples through each transport, between two processes on this machine: are any lost,
-and how long do they take? ``python -m benchmarks.transports [SECONDS [NAME ...]]``."""
+and how long do they take? ``python -m benchmarks.transports [NUMBER [NAME ...]]``."""
 
+import argparse
 import os
 import socket
 import subprocess
@@ -122,10 +123,21 @@ def run(name: str, seconds: float, bad: int = 0) -> tuple[Received, Counter[str]
     return received, source.skipped
 
 
+def asked(module: str, text: str, what: str, usual: float) -> tuple[float, list[str]]:
+    """A number of the command line and the transports to try, by default all that are
+    installed, for the benchmark `module` that `text` describes."""
+    parser = argparse.ArgumentParser(
+        prog=f"python -m benchmarks.{module}", description=text
+    )
+    parser.add_argument("number", type=float, nargs="?", default=usual, help=what)
+    parser.add_argument("name", nargs="*", help=f"of {', '.join(ADDRESSES)}")
+    given = parser.parse_args()
+    return given.number, given.name or NAMES
+
+
 def main() -> None:
-    """Print a table."""
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
-    names = sys.argv[2:] or NAMES
+    """Losses and delays of samples through each transport, as a table."""
+    seconds, names = asked("transports", main.__doc__ or "", "seconds of each", 60.0)
     print("transport  wrenches  lost  poses  lost  median  99 %  most [ms]  processor")
     for name in names:
         begin = time.process_time()

@@ -29,7 +29,7 @@ DURATION = 10.0
 LARGEST_DELAY = 0.01
 """[s] of the wrench's clock, to either side"""
 STAGES = {
-    "reading": ("hefting.ingest.ingest._usable_samples",),
+    "reading": ("hefting.ingest.ingest.as_recording",),
     "motion": ("hefting.ingest.condition.path_of",),
     "fit": ("hefting.ingest.condition._fit",),
     "changes": ("hefting.ingest.condition.find_changes",),

@@ -87,7 +87,7 @@ def windowed(path: Path) -> dict:
     start = time.perf_counter()
     with patch.object(windows, "LARGEST_WHOLE", 0):
         found = estimate_of(request_of({}), str(path), None)
-    parts = len(found.provenance["recordings"])
+    parts = len(found.provenance.get("recordings", (path,)))
     return _told(found, time.perf_counter() - start, parts)
 
 

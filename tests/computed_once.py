@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import Any
 from unittest.mock import patch
 
-SMOOTHING = "hefting.motion.smoothing", "fit_poses"
+SMOOTHING = "hefting.motion.inertial", "fit_poses"
 """What `hefting.motion.smooth_poses` calls of poses."""
 CONDITIONING = "hefting.ingest.ingest", "condition"
 """What `hefting.ingest.ingest` calls of a recording."""

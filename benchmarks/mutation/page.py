@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.mutation.forks import ROOT
+from benchmarks.mutation.mutate import find_mutants
 
 PAGE = ROOT / "docs" / "mutants.md"
 MARK = "<!-- written by python -m benchmarks.mutants --docs -->"
@@ -16,13 +17,23 @@ which tests) or `open`, and the words."""
 
 
 def write_page(samples: list[Path]) -> None:
-    """Renew what stands below the mark of the page, from what `--json` kept."""
-    reasons = json.loads(REASONS.read_bytes())
+    """Renew what stands below the mark of the page, from what `--json` kept; reasons of
+    mutants that the sources no longer have are dropped."""
+    reasons = still_there(json.loads(REASONS.read_bytes()), ROOT / "src")
+    REASONS.write_text(json.dumps(reasons, ensure_ascii=False, indent=1) + "\n")
     found = {path.stem: json.loads(path.read_bytes()) for path in samples}
     lines = [PAGE.read_text().partition(MARK)[0] + MARK, "", "## Killed", ""]
     lines += _shares(found)
     lines += ["", "## Survivors", "", *_survivors(found, reasons)]
     PAGE.write_text("\n".join(lines) + "\n")
+
+
+def still_there(reasons: dict[str, list[str]], sources: Path) -> dict[str, list[str]]:
+    """The reasons whose mutants can still be made of the files in `sources`."""
+    files = {key.partition(" ")[0] for key in reasons}
+    there = [file for file in files if (sources / file).exists()]
+    keys = {mutant.key for file in there for mutant in find_mutants(sources, file)}
+    return {key: why for key, why in reasons.items() if key in keys}
 
 
 def share(outcomes: list[dict[str, Any]]) -> str:

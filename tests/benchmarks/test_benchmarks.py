@@ -1,6 +1,7 @@
 """The benchmarks run, print their table, and find Hefting faster than what one would
 use instead."""
 
+import ast
 import importlib
 import json
 import re
@@ -113,6 +114,83 @@ def rows(report: dict, title: str) -> list[dict]:
     ]
     assert found, f"no section '{title}'"
     return found
+
+
+PARTS = {"long_recording", "memory", "peers"}
+"""Run by other benchmarks, as processes of their own."""
+
+
+def test_every_benchmark_has_help():
+    files = (ROOT / "benchmarks").glob("*.py")
+    scripts = {f.stem: f.read_text() for f in files if "__main__" in f.read_text()}
+    asks = ("ArgumentParser", "asked(")
+    silent = {
+        name for name, text in scripts.items() if not any(word in text for word in asks)
+    }
+    assert silent == PARTS
+
+
+OURS = {path.stem: path for path in (ROOT / "tests").rglob("*.py")}
+
+
+def names_in(module: str) -> tuple[Path, set[str]] | None:
+    """File of a module of the library, the benchmarks or the tests, and the names that
+    are bound at its top; None for others."""
+    below = (
+        ROOT
+        / ("src" if module.startswith("hefting") else "")
+        / module.replace(".", "/")
+    )
+    places = (below.with_suffix(".py"), below / "__init__.py", OURS.get(module))
+    file = next((p for p in places if p is not None and p.is_file()), None)
+    if file is None:
+        return None
+    bound = (
+        {path.stem for path in file.parent.iterdir()}
+        if file.stem == "__init__"
+        else set()
+    )
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            bound.add(node.name)
+        elif isinstance(node, ast.alias):
+            bound.add(node.asname or node.name)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            bound.add(node.id)
+    return file, bound
+
+
+def test_what_benchmarks_import_is_there():
+    """Also within functions, which no other test may call, and from the tests' folders
+    that a benchmark makes importable."""
+    known, missing = {}, []
+    for script in sorted((ROOT / "benchmarks").rglob("*.py")):
+        text = script.read_text()
+        for node in ast.walk(ast.parse(text)):
+            if not isinstance(node, ast.ImportFrom):
+                continue
+            module = str(node.module)
+            if module not in known:
+                known[module] = names_in(module)
+            if known[module] is None:
+                if module.partition(".")[0] in ("hefting", "benchmarks"):
+                    missing.append(f"{script.name}: {module}")
+                continue
+            file, bound = known[module]
+            folder = (
+                file.parent.relative_to(ROOT / "tests").name if module in OURS else ""
+            )
+            if folder and f'"{folder}"' not in text:
+                missing.append(f"{script.name}: {module}, in {folder}")
+            lazy = (
+                dir(importlib.import_module(module)) if "__getattr__" in bound else ()
+            )
+            missing += [
+                f"{script.name}: {module}.{each.name}"
+                for each in node.names
+                if each.name not in bound and each.name not in lazy
+            ]
+    assert missing == ["problem.py: hefting.PointMasses"]  # of the code before
 
 
 def test_every_section_is_printed(quick_run):

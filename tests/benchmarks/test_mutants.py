@@ -12,6 +12,7 @@ from benchmarks.mutation.choice import PACKAGES
 from benchmarks.mutation.forks import IMPORTED
 from benchmarks.mutation.mutate import find_mutants
 from benchmarks.mutation.operators import BOUNDARY, OPPOSITE
+from benchmarks.mutation.page import still_there
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -132,6 +133,17 @@ def test_mutants_are_killed_by_the_tests_that_execute_them(tmp_path):
         "False np.where(known, half, 1.0) -> np.where(known, half, 2.0)",
         "True np.where(known, half, 1.0) -> np.where(known, half, -1.0)",
     ]
+
+
+def test_reasons_of_mutants_that_are_gone_are_dropped(tmp_path):
+    (tmp_path / "double.py").write_text(SOURCE)
+    kept = find_mutants(tmp_path, "double.py")[-1].key
+    reasons = {
+        kept: ["open", ""],
+        f"{kept} ": ["open", ""],
+        "gone.py f: a -> b": ["open", ""],
+    }
+    assert list(still_there(reasons, tmp_path)) == [kept]
 
 
 def test_what_is_imported_before_processes_part_can_be():

@@ -54,7 +54,7 @@ def test_one_identify(recording, method):
         "ingest/condition.py:condition",
         "ingest/robust_fit.py:fit_from_scratch",
         "ingest/offset.py:scan_offsets",
-        "motion/smoothing.py:smooth_poses",
+        "motion/inertial.py:smooth_poses",
         "motion/measure.py:measure",
         "ingest/sign_and_bias.py:choose_sign",
         "ingest/condition.py:_estimate_noise",

@@ -4,22 +4,10 @@ import numpy as np
 import pyarrow as pa
 import pytest
 from pyarrow import feather, ipc
-from test_memory_table import WRENCH, table
 
 from hefting.core.errors import InputError
 from hefting.logs import read_log
-
-
-@pytest.fixture
-def frame():
-    return table()
-
-
-@pytest.fixture
-def read(frame, tmp_path):
-    """The recording of the same table in Parquet."""
-    frame.to_parquet(tmp_path / "log.parquet")
-    return read_log(tmp_path / "log.parquet")
+from table_of_log import WRENCH
 
 
 def write(values: pa.Table, path) -> None:

@@ -14,21 +14,7 @@ from hefting.core.errors import InputError
 from hefting.logs import read_log
 from hefting.logs.given import as_recording
 from hefting.logs.memory_table import MemoryTable
-
-HEADER = ("time", "px", "py", "pz", "qx", "qy", "qz", "qw")
-HEADER += ("fx", "fy", "fz", "tx", "ty", "tz")
-WRENCH = HEADER[-6:]
-
-
-def table(count: int = 30) -> pd.DataFrame:
-    """Canonical columns."""
-    rng = np.random.default_rng(1)
-    q = rng.normal(size=(count, 4))
-    q /= np.linalg.norm(q, axis=1)[:, None]
-    parts = (0.01 * np.arange(count)[:, None], rng.normal(size=(count, 3)), q)
-    return pd.DataFrame(
-        np.hstack((*parts, rng.normal(size=(count, 6)))), columns=list(HEADER)
-    )
+from table_of_log import WRENCH
 
 
 def same(first, second, atol=0.0) -> bool:
@@ -40,18 +26,6 @@ def same(first, second, atol=0.0) -> bool:
             second[name].values, stream.values, rtol=0, atol=atol
         )
     return True
-
-
-@pytest.fixture
-def frame():
-    return table()
-
-
-@pytest.fixture
-def read(frame, tmp_path):
-    """The recording of the same table in a file."""
-    frame.to_parquet(tmp_path / "log.parquet")
-    return read_log(tmp_path / "log.parquet")
 
 
 FORMS = {

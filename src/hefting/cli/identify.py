@@ -273,15 +273,13 @@ def _identify(
     reading: dict[str, Any],
 ) -> "Comparison | Identification":
     """The result of the chosen method, or of several."""
-    settings = hyperparameters_of(a)
-    names = [name.strip() for name in (a.method or "").split(",")]
-    if len(names) > 1 or names[0].lower() == "all":
-        from hefting.identification.compare import compare
-
-        return compare(recording, shape, names, hyperparameters=settings, **reading)
     from hefting.identification import identify
 
-    method = None if a.method is None else names[0]
+    settings = hyperparameters_of(a)
+    names = [name.strip() for name in (a.method or "").split(",")]
+    method: Any = None if a.method is None else names[0]
+    if len(names) > 1 or names[0].lower() == "all":
+        method = names
     return identify(recording, shape, method=method, **reading, **settings)
 
 

@@ -254,18 +254,8 @@ class Recording:
                 f"has {stream.values.shape[1]} columns, not {len(columns)}",
                 f"{self.source}, {name}",
             )
-        for label, values in (
-            (("time",), stream.time[:, None]),
-            (columns, stream.values),
-        ):
-            if not all_finite(values):
-                k, j = np.argwhere(~np.isfinite(values))[0]
-                raise InputError(
-                    f"the value is {values[k, j]}",
-                    where=f"{self.source}, row {stream.rows[k]}, column {label[j]}",
-                    fix="leave the cell blank where nothing was measured",
-                )
-        self._check_magnitudes(name, stream, columns)
+        self._check_values(stream, ("time",), stream.time[:, None], LARGEST_TIME)
+        self._check_values(stream, columns, stream.values, LARGEST.get(name, np.inf))
         forward = stream.time[1:] - stream.time[:-1] >= SMALLEST_INTERVAL
         if not forward.all():
             k = int(np.argmin(forward))
@@ -276,23 +266,23 @@ class Recording:
                 fix=fix,
             )
 
-    def _check_magnitudes(
-        self, name: str, stream: Stream, columns: tuple[str, ...]
+    def _check_values(
+        self, stream: Stream, columns: tuple[str, ...], values: Array, largest: float
     ) -> None:
-        """`InputError`, naming row and column, for an impossible value; see
-        `hefting.core.magnitudes`."""
-        for label, values, largest in (
-            (("time",), stream.time[:, None], LARGEST_TIME),
-            (columns, stream.values, LARGEST.get(name, np.inf)),
-        ):
-            if not too_large(values, largest):
-                continue
+        """`InputError`, naming row and column, for a value that is not finite or beyond
+        the largest one; see `hefting.core.magnitudes`."""
+        fix = "leave the cell blank where nothing was measured"
+        if not all_finite(values):
+            k, j = np.argwhere(~np.isfinite(values))[0]
+            what = f"the value is {values[k, j]}"
+        elif too_large(values, largest):
             k, j = np.argwhere((values > largest) | (values < -largest))[0]
-            raise InputError(
-                f"the value {values[k, j]:.6g} is beyond {largest:.0e}, which nothing is",
-                where=f"{self.source}, row {stream.rows[k]}, column {label[j]}",
-                fix="leave the cell blank where nothing was measured; check the unit",
-            )
+            what = f"the value {values[k, j]:.6g} is beyond {largest:.0e}, which nothing is"
+            fix += "; check the unit"
+        else:
+            return
+        where = f"{self.source}, row {stream.rows[k]}, column {columns[j]}"
+        raise InputError(what, where, fix)
 
     def _normalised(self, orientation: Stream) -> Stream:
         q = orientation.values

@@ -20,14 +20,14 @@ from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, interpolated
 from hefting.dashboards import Dashboard, Replay
-from hefting.logs.ros.serialising import McapOutput, channel_of, serialise
+from hefting.logs.ros.writing import McapOutput, channel_of, serialise
 from hefting.scene import headline_of
 
 if TYPE_CHECKING:
     from foxglove import Context
 
     from hefting.dashboards.foxglove_scene import Entities
-    from hefting.logs.ros.serialising import Messages
+    from hefting.logs.ros.writing import Messages
 
 ARROW_RATE = 30.0
 """[Hz] Largest rate of arrows: a screen shows no more."""

@@ -31,7 +31,9 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
+from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Measurements, MotionNoise, Noise
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import (
     State,
@@ -40,7 +42,13 @@ from hefting.estimators.joint_state import (
     join_all,
 )
 from hefting.estimators.quadratic import whitening
-from hefting.estimators.sample_state import SampleState, model_weight, require_model
+from hefting.estimators.sample_state import (
+    SampleState,
+    model_weight,
+    require_carried,
+    require_common_covariance,
+    require_model,
+)
 from hefting.shapes import Shape
 
 BiasModel = Literal["none", "estimate"]
@@ -284,6 +292,23 @@ class Estimator:
     def fit(self, measurements: Measurements) -> Estimate:
         """The estimate from `measurements` alone."""
         return self.estimate(self.update(self.start(), measurements))
+
+
+def take_errors(method: Any) -> None:
+    """Convert and check what methods with intervals know of errors: the sensor's
+    accuracy, a scale's reading, what is carried, and the error of all samples."""
+    accuracy = SensorAccuracy.of(method.sensor_accuracy)
+    object.__setattr__(method, "sensor_accuracy", accuracy)
+    object.__setattr__(method, "mass", MassReading.of(method.mass))
+    require_carried(method.carried)
+    require_common_covariance(method.systematic)
+
+
+def stated_errors(method: Any) -> dict[str, str]:
+    """The sensor's accuracy and a scale's reading, as far as given, for an estimate's
+    provenance."""
+    values = {name: getattr(method, name) for name in ("sensor_accuracy", "mass")}
+    return {name: str(value) for name, value in values.items() if value is not None}
 
 
 def require_samples(count: int) -> None:

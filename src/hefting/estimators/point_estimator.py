@@ -36,17 +36,13 @@ from hefting.core.mass_reading import MassReading
 from hefting.core.messages import Message
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.estimators.base import Estimator, Known
+from hefting.estimators.base import Estimator, Known, stated_errors, take_errors
 from hefting.estimators.bayes.likelihood import scale_doubts
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_intervals import intervals_of
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import ScaledSVD
-from hefting.estimators.sample_state import (
-    SampleState,
-    require_body,
-    require_common_covariance,
-)
+from hefting.estimators.sample_state import SampleState
 from hefting.estimators.state_likelihood import StateSamples
 
 LEAST_OWN_SHARE = 1e-6
@@ -170,17 +166,13 @@ class PointEstimator(Estimator):
 
     def __post_init__(self):
         super().__post_init__()
-        accuracy = SensorAccuracy.of(self.sensor_accuracy)
-        object.__setattr__(self, "sensor_accuracy", accuracy)
-        object.__setattr__(self, "mass", MassReading.of(self.mass))
+        take_errors(self)
         if self.mass is not None and not self.intervals:
             raise InputError(
                 "without intervals it is not known what a scale's reading weighs beside "
                 "the wrench",
                 fix="intervals=True, or no mass",
             )
-        require_body("what is carried", self.carried)
-        require_common_covariance(self.systematic)
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
@@ -197,14 +189,10 @@ class PointEstimator(Estimator):
     def provenance(self) -> dict[str, Any]:
         """As `Estimator.provenance`; what only the intervals depend on is left out
         without them."""
-        found = super().provenance
-        own = {"intervals", "noise_found"}
-        found = {name: value for name, value in found.items() if name not in own}
-        if self.intervals and self.sensor_accuracy is not None:
-            found["sensor_accuracy"] = str(self.sensor_accuracy)
-        if self.mass is not None:
-            found["mass"] = str(self.mass)
-        return found
+        found = super().provenance | stated_errors(self)
+        unused = () if self.intervals else ("sensor_accuracy",)
+        left_out = ("intervals", "noise_found", *unused)
+        return {name: value for name, value in found.items() if name not in left_out}
 
     def start(self) -> SampleState:
         """The state before any sample."""

@@ -102,6 +102,17 @@ def options() -> dict[str, Option]:
     return found
 
 
+def settings_text(provenance: dict[str, Any]) -> str:
+    """``"name = value"`` of the numbers that users may set, from an estimate's
+    provenance."""
+    numbers = {name: provenance.get(name) for name in ("points", *options())}
+    return ", ".join(
+        f"{name} = {value:g}"
+        for name, value in numbers.items()
+        if isinstance(value, float | int)
+    )
+
+
 def describe_methods() -> dict[str, dict[str, Any]]:
     """JSON-ready description of every method by name."""
     return {

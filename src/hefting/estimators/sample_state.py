@@ -179,10 +179,11 @@ def require_positive(name: str, value: object) -> None:
         raise InputError(f"{name} must be positive and finite, not {value}")
 
 
-def require_body(name: str, value: ArrayLike | None) -> None:
-    """`InputError` unless `value` is None or ten finite parameters."""
+def require_carried(value: ArrayLike | None) -> None:
+    """`InputError` unless what is carried is None or ten finite parameters."""
     if value is not None and not (np.shape(value) == (10,) and _all_finite(value)):
-        raise InputError(f"{name} is ten finite parameters, not {np.shape(value)}")
+        what = f"what is carried is ten finite parameters, not {np.shape(value)}"
+        raise InputError(what)
 
 
 def require_common_covariance(value: ArrayLike | None) -> None:

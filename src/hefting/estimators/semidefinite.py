@@ -49,6 +49,11 @@ MOST_PATH_STEPS = 60
 MOST_RESTARTS = 2
 """Largest number of restarts from the body that was found, for gamma = 0, if its bound
 does not prove it optimal."""
+INSIDE = 0.98
+"""Share of the step to the boundary of the cones that is taken, to stay inside."""
+SHORTER, SHORTEST_STEP = 0.7, 1e-4
+"""Factor on a step that ends too far from the central path, and share of Newton's step
+at which another goal is tried."""
 SMALLEST_CENTRALITY = 1e-3
 """Smallest product of an eigenvalue of Q with that of Z, relative to their mean: steps
 get short further from the central path."""
@@ -304,8 +309,8 @@ class _Path:
         """Step towards `goal` as far as the iterate stays inside and near the path;
         False if it cannot."""
         dQ, dZ, ds, dy = step.towards(goal, cross, cross_y)
-        a = min(1.0, 0.98 * step.length(dQ, dZ, ds, dy))
-        while a > 1e-4:
+        a = min(1.0, INSIDE * step.length(dQ, dZ, ds, dy))
+        while a > SHORTEST_STEP:
             left, failed = lapack.dpotrf(step.diagonal + a * dQ, lower=1)
             right, failed_too = lapack.dpotrf(step.diagonal + a * dZ, lower=1)
             if not (failed or failed_too):
@@ -317,7 +322,7 @@ class _Path:
                     self._slack, self._y = self._slack + a * ds, self._y + a * dy
                     self.steps += 1
                     return True
-            a *= 0.7
+            a *= SHORTER
         return False
 
 
@@ -365,11 +370,11 @@ class _Step:
         return mat(dq), mat(right - dq), ds, dy
 
     def length(self, dQ: Array, dZ: Array, ds: float, dy: float) -> float:
-        """Largest step that stays inside, at most 1 / 0.98."""
+        """Largest step that stays inside, at most 1 / `INSIDE`."""
         low = min(_eigenvalues(dQ / self._roots)[0], _eigenvalues(dZ / self._roots)[0])
         if self._e is not None:
             low = min(low, ds / self._slack, dy / self._y)
-        return min(1.0 / 0.98, -1.0 / low) if low < 0.0 else 1.0 / 0.98
+        return min(1.0 / INSIDE, -1.0 / low) if low < 0.0 else 1.0 / INSIDE
 
     def mu_after(self, a: float, dQ: Array, dZ: Array, ds: float, dy: float) -> float:
         """Mean product after a step of length `a`."""

@@ -14,8 +14,7 @@ def write(body: Body) -> str:
     interface module, which is the flange. The two are one frame where no tool is
     configured.
     """
-    mass = in_single(body.mass)[0]
-    x, y, z = in_single(body.center_of_mass)
+    mass, x, y, z = in_single((body.mass, *body.center_of_mass))
     return (
         comment(
             "#",

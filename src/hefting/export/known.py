@@ -16,6 +16,7 @@ from textwrap import wrap
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
@@ -41,7 +42,7 @@ def known_body(
     name: str,
     fill: Fill,
     accept: bool,
-    say: Callable[[str], str] = str,
+    say: Callable[[str], str],
 ) -> Body:
     """Mass, COM and inertia of an estimate in sensor axes, with the lines of a comment;
     `say` turns names of arguments in backquotes into the reader's.
@@ -193,7 +194,7 @@ DIGITS = 12
 """Significant digits of a double, few enough to hide rounding by a change of unit."""
 
 
-def in_double(values: Array | float) -> list[str]:
+def in_double(values: ArrayLike) -> list[str]:
     """Shortest decimals, without exponents, that read back as the same doubles to
     `DIGITS` digits."""
     return [
@@ -204,7 +205,7 @@ def in_double(values: Array | float) -> list[str]:
     ]
 
 
-def in_single(values: Array | float) -> list[str]:
+def in_single(values: ArrayLike) -> list[str]:
     """Shortest decimals, without exponents, that read back as the same single-precision
     numbers."""
     array = np.atleast_1d(values).astype(np.float32)

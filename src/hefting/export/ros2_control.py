@@ -26,8 +26,7 @@ def write(body: Body) -> str:
     All subtract a weight that points down: they assume that the sensor measures the force
     of the load on it.
     """
-    mass = in_double(body.mass)[0]
-    x, y, z = in_double(body.center_of_mass)
+    mass, x, y, z = in_double((body.mass, *body.center_of_mass))
     g = -STANDARD_GRAVITY[2]
     places = decimals(body.half_widths.mass * g, body.mass * g, LEAST_DIGITS)
     weight = in_double(rounded(body.mass * g, places))[0]

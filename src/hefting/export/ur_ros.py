@@ -18,8 +18,7 @@ def write(body: Body) -> str:
     42). The YAML is the first; if the inertia is known, the others are in comments.
     Units: REP 103, and Universal_Robots_ROS2_Driver issue 428.
     """
-    mass = in_double(body.mass)[0]
-    x, y, z = in_double(body.center_of_mass)
+    mass, x, y, z = in_double((body.mass, *body.center_of_mass))
     vector = f"{{x: {x}, y: {y}, z: {z}}}"
     text = comment(
         "#",

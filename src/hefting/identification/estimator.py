@@ -131,14 +131,17 @@ def accuracy_of(
 
 
 def shape_of(
-    estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
+    method: Any, shape: Shape | None, hyperparameters: Mapping[str, Any]
 ) -> Shape | None:
-    """The shape of a complete estimator, None if it is only a neighbourhood of the sensor;
-    `InputError` if another shape, or hyperparameters, are given too."""
-    own = getattr(estimator, "shape", None)
+    """The shape that is known: of a complete estimator its own, None if that is only a
+    neighbourhood of the sensor, and of a method's name, or None, the given one.
+    `InputError` if a shape or hyperparameters are given beside an estimator."""
+    if not isinstance(method, Estimator):
+        return shape
+    own = getattr(method, "shape", None)
     for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
         what = f"`{name}` is given beside an estimator that is complete"
-        fix = f"give it to {type(estimator).__name__}, or give the method's name"
+        fix = f"give it to {type(method).__name__}, or give the method's name"
         raise InputError(what, fix=fix)
     return own if isinstance(own, Shape) and own.known != "reach" else None
 

@@ -201,8 +201,7 @@ def identify(
             recording, known, names, hyperparameters=hyperparameters, **options
         )
     one = method.__name__ if isinstance(method, type) else method
-    if isinstance(one, Estimator):
-        known = shape_of(one, known, hyperparameters)
+    known = shape_of(one, known, hyperparameters)
     accuracy = accuracy_of(one, hyperparameters)
     found = understand(recording, accuracy, **options)
     return identify_understood(found, known, cast("Any", one), hyperparameters)

@@ -80,8 +80,7 @@ def part_of(
 ) -> Ingested:
     """As `condense`, for a recording that was ingested."""
     settings = dict(hyperparameters or {})
-    if isinstance(method, Estimator):
-        shape = shape_of(method, shape, settings)
+    shape = shape_of(method, shape, settings)
     chosen = default_method(shape is not None) if method is None else method
     kept = found.condensed
     states = dict(kept.states)
@@ -128,8 +127,7 @@ def identify_parts(
     if not parts:
         raise InputError("no recording is given", fix="give at least one")
     settings = dict(hyperparameters or {})
-    if isinstance(method, Estimator):
-        shape = shape_of(method, shape, settings)
+    shape = shape_of(method, shape, settings)
     called = names_of([part.log for part in parts]) if names is None else list(names)
     found = with_contradictions(joint(parts, called), accuracy_of(method, settings))
     return identify_understood(found, shape, method, settings)

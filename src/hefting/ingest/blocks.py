@@ -75,6 +75,10 @@ class Blocks:
         average = np.add.reduceat(weighted, starts, axis=0) / total[:, None]
         return cls(mean + time[0], variance, count, average, starts)
 
+    def with_medians(self, wrench: Array) -> Self:
+        """With the median of each block of samples (K, 6) in place of its average."""
+        return replace(self, wrench=medians(wrench, self.starts))
+
     def step_of(self, most: int) -> int:
         """Step between evenly chosen blocks, at most `most` of them."""
         return max(-(-len(self) // most), 1)

@@ -32,10 +32,9 @@ from hefting.ingest.path import WORLD_AXES_COLUMNS, Path, path_of, static_path
 from hefting.ingest.response import felt_path
 from hefting.ingest.robust_fit import (
     RobustFit,
-    choose_bias_and_refine_offset,
     fastest_frequency,
     fit_few_samples,
-    fit_from_scratch,
+    fit_robustly,
     offset_is_significant,
     remove_offset,
 )
@@ -169,12 +168,9 @@ def _thinned(samples: Samples) -> Samples:
 def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
     """The robust fit, with the clock offset if it is free and accepted, and with a
     filtered motion if that is clearly better."""
-    first = fit_from_scratch(samples, problem, gravity)
-    found = choose_bias_and_refine_offset(samples, gravity, first)
+    first, found = fit_robustly(samples, problem, gravity)
     if (felt := felt_path(samples, found)) is not None:
-        through = replace(problem, path=felt)
-        first = fit_from_scratch(samples, through, gravity)
-        found = choose_bias_and_refine_offset(samples, gravity, first)
+        first, found = fit_robustly(samples, replace(problem, path=felt), gravity)
     profile = None
     if not first.problem.free_offset:
         return _Found(found)
@@ -214,8 +210,7 @@ def _estimate_gravity(samples: Samples, found: RobustFit) -> GravityEstimate | N
     """Gravity by a fit with its direction free, which starts from that with gravity as
     given; None where the direction is undetermined."""
     knots = found.fit.hats.n
-    blocks = samples.blocks()
-    typical = replace(blocks, wrench=medians(samples.wrench, blocks.starts))
+    typical = samples.blocks().with_medians(samples.wrench)
     problem = replace(found.problem, blocks=typical, free_gravity=True).every(
         BLOCKS_FOR_GRAVITY
     )
@@ -269,10 +264,7 @@ def _conclude(
         tilted=found.gravity,
         noise=_estimate_noise(samples, problem, fit, outliers),
         rejected=outliers.rejected,
-        reasons={
-            name: int(getattr(outliers, name).sum())
-            for name in ("contact", "spike", "saturation")
-        },
+        reasons={cause: int(mask.sum()) for cause, mask in vars(outliers).items()},
         inflation=uncertainty.inflation,
         findings=(),
         offset_left=offset_left if has_clock else 0.0,

@@ -26,9 +26,8 @@ CAUSES = {
     "touched": "touched: no free body explains the wrench",
     "other": "another object, or another grasp",
 }
-"""Causes of leaving something out, in words."""
-OUTLIERS = ("contact", "spike", "saturation")
-"""Causes that are masks of `Conditioned.outliers`."""
+"""Causes of leaving something out, in words; the first ones are masks of
+`hefting.ingest.outliers.Outliers`."""
 GAP = 5.0
 """Length of a step in steps of median length, above which samples are missing."""
 MOST_MORE_KNOTS = 6
@@ -75,7 +74,7 @@ def left_out_of(
     masks: dict[str, Mask] = {}
     outliers = found.outliers
     if outliers is not None and not outliers.rejected.all():
-        masks = {name: getattr(outliers, name) for name in OUTLIERS}
+        masks = dict(vars(outliers))
     if found.path is not None and found.path.moves:
         masks["no-pose"] = ~found.path.known_at(wrench.time - found.offset)
     spans = [s for cause, mask in masks.items() for s in runs(cause, time, mask)]

@@ -24,7 +24,6 @@ from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
 from hefting.core.regressor import motion_features
 from hefting.core.spatial import Array, interpolated
-from hefting.ingest.blocks import medians
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.filtering import SHORTEST_LAG, Ahead
 from hefting.ingest.fit import Start, gauss_newton
@@ -80,8 +79,7 @@ def felt_path(samples: Samples, found: InlierFit) -> Path | None:
         return None
     if (grid := instants(problem.path, lag)) is None:
         return None
-    whole = samples.blocks()
-    typical = replace(whole, wrench=medians(samples.wrench, whole.starts))
+    typical = samples.blocks().with_medians(samples.wrench)
     delayed = replace(problem, blocks=typical, free_gravity=False).every(MOST_BLOCKS)
     start = replace(found.fit.start, reading=None)
     least, best = CLEARLY_LESS * _left(delayed, start), None

@@ -12,7 +12,6 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.spatial import STANDARD_GRAVITY, Array, median
-from hefting.ingest.blocks import medians
 from hefting.ingest.conditioned import LEAST_MASS, SIGNIFICANT
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import LARGEST_OFFSET_STEP, Fit, Start, gauss_newton
@@ -112,7 +111,7 @@ def fit_from_scratch(samples: Samples, problem: Problem, gravity: Array) -> Inli
     """
     fit = _fit_block_medians(samples, problem, gravity)
     if problem.blocks.starts is not None:
-        typical = medians(samples.wrench, problem.blocks.starts)
+        typical = problem.blocks.with_medians(samples.wrench).wrench
         coarse = Samples(problem.time, typical, samples.static, smooth=False)
         fit = fit_without_outliers(
             coarse, replace(problem, blocks=coarse.blocks()), fit
@@ -124,9 +123,7 @@ def _fit_block_medians(samples: Samples, problem: Problem, gravity: Array) -> Fi
     """A robust fit to the blocks' medians, with the most freely drifting bias, from a
     scan of clock offsets."""
     knots = problem.knots[-1]
-    typical = replace(
-        problem.blocks, wrench=medians(samples.wrench, problem.blocks.starts)
-    )
+    typical = problem.blocks.with_medians(samples.wrench)
     chosen = replace(problem, blocks=typical).every(MOST_BLOCKS_OF_FIRST_FIT)
     start = scan_offsets(chosen, gravity, min(knots, MOST_KNOTS_OF_SCAN))
     fit = gauss_newton(chosen, start, knots, robust=True)
@@ -192,6 +189,15 @@ def choose_bias_and_refine_offset(
     return refined if without.mass_is_open else without
 
 
+def fit_robustly(
+    samples: Samples, problem: Problem, gravity: Array
+) -> tuple[InlierFit, RobustFit]:
+    """The fit to the inliers without any initial values but gravity (3,) [m/s²], and
+    that with bias and clock offset chosen."""
+    first = fit_from_scratch(samples, problem, gravity)
+    return first, choose_bias_and_refine_offset(samples, gravity, first)
+
+
 def _choose_bias(found: InlierFit) -> RobustFit:
     """The fit with the number of bias knots that the data support."""
     problem, fit = found.problem, found.fit
@@ -230,21 +236,29 @@ def _refine_offset(samples: Samples, found: RobustFit, middle: float) -> RobustF
     return RobustFit(problem, fit, outliers, uncertainty)
 
 
+def _fit_other_inliers(samples: Samples, found: InlierFit, knots: int) -> InlierFit:
+    """The fit, with `knots` of the bias, to the inliers of a fit whose unknowns differ
+    from that by which its outliers were found."""
+    fit = found.fit
+    outliers = find_outliers_of_fit(samples, found.problem, fit)
+    problem = _with_inliers(samples, found.problem, outliers)
+    fit = gauss_newton(problem, fit.start, knots, steps=5)
+    return InlierFit(problem, fit, outliers)
+
+
 def _without_bias(samples: Samples, gravity: Array, found: RobustFit) -> RobustFit:
     """The fit without bias and clock offset, with gravity (3,) [m/s²] as given."""
     problem = replace(found.problem, free_offset=False, free_gravity=False)
-    outliers = found.outliers
     start = replace(
         found.fit.start, offset=0.0, gravity=gravity, bias=np.zeros_like(found.fit.bias)
     )
     fit = gauss_newton(problem, start, 0, steps=5)
-    if samples.enough and outliers.rejected.any():
-        outliers = find_outliers_of_fit(samples, problem, fit)
-        problem = _with_inliers(samples, problem, outliers)
-        fit = gauss_newton(problem, fit.start, 0, steps=5)
-    return RobustFit(
-        problem, fit, outliers, estimate_uncertainty(fit, fastest_frequency(problem))
-    )
+    without = InlierFit(problem, fit, found.outliers)
+    if samples.enough and found.outliers.rejected.any():
+        without = _fit_other_inliers(samples, without, 0)
+    problem, fit = without.problem, without.fit
+    uncertainty = estimate_uncertainty(fit, fastest_frequency(problem))
+    return RobustFit(problem, fit, without.outliers, uncertainty)
 
 
 def remove_offset(
@@ -255,18 +269,13 @@ def remove_offset(
     problem = replace(first.problem, free_offset=False)
     if abs(found.fit.offset) >= OFFSET_WITHOUT_EFFECT_ON_OUTLIERS:
         everything = replace(problem, blocks=samples.blocks())
-        return choose_bias_and_refine_offset(
-            samples, gravity, fit_from_scratch(samples, everything, gravity)
-        )
-    outliers, knots = first.outliers, problem.knots[-1]
-    fit = gauss_newton(problem, replace(found.fit.start, offset=0.0), knots)
+        return fit_robustly(samples, everything, gravity)[1]
+    start, knots = replace(found.fit.start, offset=0.0), problem.knots[-1]
+    fit = gauss_newton(problem, start, knots)
+    without = InlierFit(problem, fit, first.outliers)
     if samples.enough:
-        outliers = find_outliers_of_fit(samples, problem, fit)
-        problem = _with_inliers(samples, problem, outliers)
-        fit = gauss_newton(problem, fit.start, knots, steps=5)
-    return choose_bias_and_refine_offset(
-        samples, gravity, InlierFit(problem, fit, outliers)
-    )
+        without = _fit_other_inliers(samples, without, knots)
+    return choose_bias_and_refine_offset(samples, gravity, without)
 
 
 def _number_of_bias_knots(problem: Problem, fit: Fit, slow: float) -> int:

@@ -107,12 +107,8 @@ def find_outliers_piecewise(samples: Samples, problem: Problem, fit: Fit) -> Out
             samples.time[part], samples.wrench[part], samples.static, samples.smooth
         )
         parts.append(_find_outliers_between_blocks(piece, problem, fit, changes))
-    return Outliers(
-        *(
-            np.concatenate([getattr(o, name) for o in parts])
-            for name in ("contact", "spike", "saturation")
-        )
-    )
+    masks = zip(*(vars(outliers).values() for outliers in parts), strict=True)
+    return Outliers(*map(np.concatenate, masks))
 
 
 def _find_outliers_between_blocks(

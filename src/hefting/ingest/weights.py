@@ -12,7 +12,7 @@ from hefting.estimators.raw_motion import white_motion_noise, white_noise
 from hefting.ingest.conditioned import Conditioned
 from hefting.motion import Measured
 from hefting.motion.state import Motion
-from hefting.motion.weighting import lasting_variances, sample_weights
+from hefting.motion.weighting import sample_weights
 
 REACH = 1.0
 """[m] Largest distance from its axis of a sensor of unknown position that only
@@ -33,7 +33,7 @@ mass is held in 14, to 1 % in twelve; with the moves ten are useless."""
 LEAST_NOISE = 0.02
 """[m/s²] Lower bound of the force's noise over the mass."""
 SMALLEST_NOISE = 1e-12
-"""[N] Smallest noise, against division by zero."""
+"""[N, N m] Smallest noise, against division by zero."""
 LARGEST_SHARE = 0.04
 """Acceleration over gravity up to which 95 % intervals of the mass hold: it is 0.02 to
 0.04 in simulated sinusoids of 1 rad/s, and 0.05 in those of 2 rad/s, whose intervals
@@ -51,11 +51,16 @@ def weights_of(found: Conditioned, measured: Measured, counts: Array) -> Array |
         noise = white_noise(z).force
         weights = counts * weights_at_rest(motion, z.gravity, mass, noise)
     else:
-        phi = np.where(np.isfinite(found.covariance.diagonal()), found.parameters, 0.0)
-        noise = (max(found.noise.force, 1e-12), max(found.noise.torque, 1e-12))
-        each = np.array(noise) / max(float(counts.mean()), 1.0) ** 0.5
-        weights = counts * sample_weights(phi, motion, *each)
+        weights = counts * weights_by_motion(found, motion, float(counts.mean()))
     return weights / weights.mean()
+
+
+def weights_by_motion(found: Conditioned, motion: Motion, count: float = 1.0) -> Array:
+    """Weights (K,) by the errors of the motion beside the noise of averages of `count`
+    samples; parameters that are open count as zero."""
+    phi = np.where(np.isfinite(found.covariance.diagonal()), found.parameters, 0.0)
+    noise = np.maximum((found.noise.force, found.noise.torque), SMALLEST_NOISE)
+    return sample_weights(phi, motion, *(noise / max(count, 1.0) ** 0.5))
 
 
 def motion_noise_of(measured: Measured) -> MotionNoise | None:
@@ -70,8 +75,7 @@ def motion_noise_of(measured: Measured) -> MotionNoise | None:
         )
     if motion.linear_acceleration_std is None:
         return None
-    linear, angular = np.sqrt(lasting_variances(motion).mean(axis=1))
-    return MotionNoise(float(linear), float(angular), float(np.pi / motion.bandwidth))
+    return motion.noise
 
 
 def may_be_acceleration(recording: Recording, found: Conditioned) -> bool:

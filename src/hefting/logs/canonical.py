@@ -1,6 +1,7 @@
 """The canonical table: one row for each instant, named columns in SI units, blank cells
 where nothing was measured."""
 
+import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -283,3 +284,13 @@ def table_from_recording(recording: Recording) -> "pa.Table":
             values[at] = stream.values[:, j]
             columns[column] = pa.array(values, mask=blank)
     return pa.table(columns)
+
+
+def csv_of(table: "pa.Table") -> bytes:
+    """A table as CSV, its names without quotes."""
+    from pyarrow import csv as pacsv
+
+    stream = io.BytesIO()
+    stream.write((",".join(table.column_names) + "\n").encode())
+    pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
+    return stream.getvalue()

@@ -21,7 +21,7 @@ from hefting.core.messages import Message
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
-from hefting.logs.canonical import table_from_recording
+from hefting.logs.canonical import csv_of, table_from_recording
 from hefting.logs.csv_cells import (
     NOTHING,
     NUMBER,
@@ -376,14 +376,7 @@ def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
 def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
     """Write canonical CSV, each number with the fewest digits that give back the same
     bits; all streams fit."""
-    from pyarrow import csv as pacsv
-
-    table = table_from_recording(recording)
-    stream = io.BytesIO()
-    stream.write((",".join(table.column_names) + "\n").encode())
-    pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
-    del table
-    write_atomically(path, stream.getvalue())
+    write_atomically(path, csv_of(table_from_recording(recording)))
     return ()
 
 

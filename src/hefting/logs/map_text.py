@@ -235,8 +235,8 @@ def angles_guess(
     sample: Sample,
     columns: tuple[int, ...],
     form: str,
-    doubt: str = "",
-    equals: tuple[int, ...] = (),
+    doubt: str,
+    equals: tuple[int, ...],
 ) -> Guess:
     """The guess of three angles. For `BY_NUMBERS` they are a rotation vector, as of UR,
     or where that would jump roll, pitch and yaw, as of xArm."""

@@ -4,6 +4,7 @@ canonical names, or a guess from other names and numbers."""
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -117,15 +118,11 @@ def _recognise(
     return column_map, taken_by_names(guessed, more=more)
 
 
-def map_by_names(
-    table: Table, *, is_part: bool = False
-) -> "tuple[ColumnMap, GuessedMap]":
-    """The column map guessed from names and numbers of a table; `InputError` where it is
-    incomplete. With `is_part` another table holds the other streams."""
+def map_of_part(table: Table) -> "tuple[ColumnMap, GuessedMap]":
+    """The column map guessed from names and numbers of a table of which another one
+    holds the other streams."""
     guessed = _guess(table)
-    if guessed.missing and not is_part:
-        raise _lacking(table, guessed)
-    return _map_of(table, guessed, is_part=is_part), guessed
+    return _map_of(table, guessed, is_part=True), guessed
 
 
 def _guess(table: Table) -> "GuessedMap":
@@ -242,7 +239,17 @@ def opened(
 ) -> tuple[Table, Callable[[Table], Recording]]:
     """The table at `path`, and the reader of it or of a part of it; errors as for
     `read_table_file`."""
-    table, read = _opened(file_format, path, column_map, wrench_needed)
+    assert file_format.open_table is not None
+    if column_map is not None:
+        from hefting.logs.column_map import load_map
+        from hefting.logs.mapped import read_mapped
+
+        chosen = load_map(column_map, wrench_needed)
+        table = file_format.open_table(path, chosen.layout)
+        read = partial(read_mapped, column_map=chosen, wrench_needed=wrench_needed)
+    else:
+        table = file_format.open_table(path, None)
+        read = reader_of(table, wrench_needed)
     if not (warnings := getattr(table, "warnings", ())):
         return table, read
 
@@ -251,22 +258,3 @@ def opened(
         return replace(recording, warnings=(*warnings, *recording.warnings))
 
     return table, read_and_warn
-
-
-def _opened(
-    file_format: Format,
-    path: str | Path,
-    column_map: str | Path | None,
-    wrench_needed: bool,
-) -> tuple[Table, Callable[[Table], Recording]]:
-    """The same without the warnings of the table."""
-    assert file_format.open_table is not None
-    if column_map is not None:
-        from hefting.logs.column_map import load_map
-        from hefting.logs.mapped import read_mapped
-
-        chosen = load_map(column_map, wrench_needed)
-        table = file_format.open_table(path, chosen.layout)
-        return table, lambda part: read_mapped(part, chosen, wrench_needed)
-    table = file_format.open_table(path, None)
-    return table, reader_of(table, wrench_needed)

@@ -13,7 +13,7 @@ from hefting.logs.map_guess import TIME_EXAMPLE
 from hefting.logs.mapped import Mapped, has_columns, mapped
 from hefting.logs.registry import find_format, join_words, table_formats
 from hefting.logs.table import SINCE_1970, Table, with_times
-from hefting.logs.table_file import map_by_names, taken_by_names
+from hefting.logs.table_file import map_of_part, taken_by_names
 from hefting.logs.units import SECOND
 
 POSES = ("position", "orientation", "joint_positions")
@@ -143,7 +143,7 @@ def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
         only = {"time": {"column": "time"}, "joint_torques": [*torques]}
         chosen = column_map_of(only, path, is_part=True)
     elif chosen is None:
-        chosen, guessed = map_by_names(table, is_part=True)
+        chosen, guessed = map_of_part(table)
         warnings += taken_by_names(guessed, f" of {Path(path).name}")
     found = mapped(table, chosen)
     if found.unit is None or not found.streams:

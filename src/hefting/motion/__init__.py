@@ -1,8 +1,8 @@
 """Motion: poses, gyroscope and accelerometer -> velocities and accelerations of the
 sensor, with their errors."""
 
+from hefting.motion.inertial import Curves, smooth_poses
 from hefting.motion.measure import Measured, measure
-from hefting.motion.smoothing import Curves, smooth_poses
 from hefting.motion.spline import SmoothedPoses, fit_poses, smooth
 from hefting.motion.state import Motion
 from hefting.motion.weighting import sample_weights

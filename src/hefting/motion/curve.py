@@ -58,6 +58,13 @@ FEW_SAMPLES = 1.0
 """Bandwidth times sampling interval up to which the samples resolve the signal."""
 STRAIGHT = 0.05
 """Bend relative to the largest ones up to which a signal counts as straight."""
+LARGE_BEND = 0.995
+"""Quantile of the bends that counts as a large one: a few spikes are larger."""
+FEWEST_ROWS = 30
+"""Least number of rows that show at which of them a stream was interpolated."""
+AS_USUAL = 0.6
+"""Least share of the distances between new rows that are the median one: values of a
+slower stream come at a fixed rate, but for some that are late or lost."""
 
 
 def fresh_rows(time: Array, values: Array) -> Mask:
@@ -81,7 +88,7 @@ def _changed_lines(time: Array, values: Array) -> Mask:
     """Mask (K,) of the new rows of a stream that was interpolated linearly: those at
     which it bends, which are evenly apart, alone or in pairs."""
     changed = changed_rows(values)
-    if len(time) < 30:
+    if len(time) < FEWEST_ROWS:
         return changed
     if len(time) > CHECKED_STRETCH * CHECKED_STRETCHES:
         rows = _stretches(len(time))
@@ -89,17 +96,18 @@ def _changed_lines(time: Array, values: Array) -> Mask:
         if median(size.ravel()) >= STRAIGHT * median(speed.ravel()):
             return changed
     size, speed = _bends(time, values)
-    bent = np.pad(size > STRAIGHT * quantile(size, 0.995), 1)
+    bent = np.pad(size > STRAIGHT * quantile(size, LARGE_BEND), 1)
     begins = bent & ~np.roll(bent, 1)
     gaps = np.diff(np.flatnonzero(begins))
     usual = median(gaps) if len(gaps) else 0.0
-    apart = usual > 3.0  # values may lie between rows
-    if (
-        usual < 2.0
-        or np.mean(np.abs(gaps - usual) <= apart) < 0.6
-        or bent.sum() > (1.1 + apart) * begins.sum()
-        or median(size) >= STRAIGHT * median(speed)
-    ):
+    if usual < 2.0:
+        return changed
+    # values may lie between rows: two rows bend, and distances are one row off
+    slack = usual > 3.0
+    is_even = np.mean(np.abs(gaps - usual) <= slack) >= AS_USUAL
+    single_or_pairs = bent.sum() <= (1.1 + slack) * begins.sum()
+    is_straight = median(size) < STRAIGHT * median(speed)
+    if not (is_even and single_or_pairs and is_straight):
         return changed
     begins[0] = True
     return begins

@@ -1,5 +1,5 @@
-"""Fusion of a gyroscope and an accelerometer with the poses, as measured derivatives of
-the smooth curves.
+"""Smoothing: curves through the poses of a recording, to which a gyroscope and an
+accelerometer are fused as measured derivatives.
 
 With q the orientation and R its matrix, a gyroscope measures dq/dt = q w / 2
 (quaternion product) and an accelerometer d²p/dt² = R f + g. Each sensor has a constant
@@ -12,14 +12,24 @@ This is done `CALIBRATION_ROUNDS` times.
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note, warning
 from hefting.core.quantity import significant
-from hefting.core.recording import Stream, block_starts
-from hefting.core.spatial import Array, in_sensor_axes, rotation_matrices, skew
-from hefting.motion.bspline import Observation
+from hefting.core.recording import Recording, Stream, block_starts
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    frozen,
+    in_sensor_axes,
+    rotation_matrices,
+    skew,
+)
+from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES, Observation
 from hefting.motion.curve import Curve, fresh_rows
-from hefting.motion.spline import SmoothedPoses
+from hefting.motion.spline import SmoothedPoses, fit_poses
 from hefting.motion.state import Motion
 
 CALIBRATION_ROUNDS = 3
@@ -47,6 +57,65 @@ which it may contradict them."""
 CONTRADICTING_MAP_RATIO = 0.7
 """Ratio of the residual after a linear map of the motion to the deviation without it,
 below which such a sensor has other axes or units."""
+
+
+@immutable
+class Curves:
+    """Smooth curves through the poses of a recording."""
+
+    poses: SmoothedPoses
+    alone: SmoothedPoses
+    """Curves from the poses without inertial sensors, whose clocks and axes may differ"""
+    source: str
+    """``"smooth"``, or ``"inertial"`` if a gyroscope or an accelerometer was used"""
+    notes: tuple[Message, ...]
+    """Notes on those sensors."""
+    warnings: tuple[Message, ...]
+
+
+def smooth_poses(
+    recording: Recording,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    alone: SmoothedPoses | None = None,
+) -> Curves:
+    """Fit smooth curves to the poses of a recording, and to its gyroscope and
+    accelerometer if it has them.
+
+    `gravity` (3,) is in world axes [m/s²]; `alone` are the curves without those sensors,
+    if already fitted. Raises `InputError` for fewer than `FEWEST_SEGMENT_SAMPLES` poses.
+    """
+    poses = _fit_recorded_poses(recording) if alone is None else alone
+    streams = recording.streams
+    accelerometer = streams.get("accelerometer") or streams.get("linear_accelerometer")
+    if accelerometer is None and "gyroscope" not in streams:
+        return Curves(poses, poses, "smooth", (), ())
+    gravity_removed = not recording.has("accelerometer")
+    fused, notes, warnings = fuse(
+        poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed
+    )
+    return Curves(fused, poses, "inertial" if notes else "smooth", notes, warnings)
+
+
+def _fit_recorded_poses(recording: Recording) -> SmoothedPoses:
+    """Smooth curves through the orientation and the position, if there is one;
+    `InputError` for too few poses to differentiate."""
+    orientation, position = recording["orientation"], None
+    poses = len(orientation)
+    if recording.has("position"):
+        position = recording["position"]
+        # an empty position stream is left to the fit
+        poses = min(poses, len(position) or poses)
+    if poses < FEWEST_SEGMENT_SAMPLES:
+        raise InputError(
+            f"{poses} poses are too few to find velocities from",
+            where=recording.source,
+            fix="give a longer recording, or static poses without the time column",
+        )
+    if position is None:
+        return fit_poses(orientation.time, None, orientation.values)
+    return fit_poses(
+        orientation.time, position.values, orientation.values, position.time
+    )
 
 
 def fuse(
@@ -112,11 +181,8 @@ def _fuse_gyroscope(
             return poses, [warning("gyroscope-contradicts-poses", what)]
         q, rate = fitted.orientation.derivatives(readings.time, (0, 1))
         z = 0.5 * _quaternion_product(q.T, readings.values - found.bias)
-        variance = _variance(
-            readings.time, z - rate.T, fitted.orientation.smoothness.bandwidth
-        )
-        curve = _refit(
-            fitted.orientation, readings.time, z, 1, variance, "orientation", round_
+        curve, variance = _refit(
+            fitted.orientation, readings.time, z, rate.T, 1, "orientation", round_
         )
         fitted = replace(fitted, orientation=curve)
     spread = 2.0 * np.sqrt(variance * raw / len(gyroscope))
@@ -165,21 +231,14 @@ def _fuse_accelerometer(
             contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
             what = f"{contradicts}, and gravity as given?"
             return poses, [warning("accelerometer-contradicts-poses", what, "gravity")]
-        z = (
-            np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own)
-            + gravity
-        )
+        R = rotation_matrices(motion.orientation)
+        z = np.einsum("kij,kj->ki", R, own) + gravity
         assert fitted.position is not None
         (acceleration,) = fitted.position.derivatives(readings.time, (2,))
-        variance = _variance(
-            readings.time, z - acceleration.T, fitted.position.smoothness.bandwidth
+        curve, variance = _refit(
+            fitted.position, readings.time, z, acceleration.T, 2, "position", round_
         )
-        fitted = replace(
-            fitted,
-            position=_refit(
-                fitted.position, readings.time, z, 2, variance, "position", round_
-            ),
-        )
+        fitted = replace(fitted, position=curve)
     spread = np.sqrt(variance * raw / len(accelerometer))
     what = (
         f"accelerometer used: noise {spread:.2g} m/s², bias {_format_vector(found.bias)} m/s², "
@@ -234,17 +293,18 @@ def _refit(
     curve: Curve,
     time: Array,
     z: Array,
+    now: Array,
     derivative: int,
-    variance: float,
     name: str,
     round_: int,
-) -> Curve:
+) -> tuple[Curve, float]:
     """A curve fitted again to its samples, and to derivatives z (L, d) at times (L,)
-    [s] of a `variance`. Its smoothness is searched everywhere in round 0, later near
-    that of `curve`."""
+    [s], which are `now` (L, d); and the variance of these. Its smoothness is searched
+    everywhere in round 0, later near that of `curve`."""
+    variance = _variance(time, z - now, curve.smoothness.bandwidth)
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
     samples, near = curve.observations[0], curve.smoothness if round_ else None
-    return Curve.through((samples, rates), name, samples.time[-1], near)
+    return Curve.through((samples, rates), name, samples.time[-1], near), variance
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:

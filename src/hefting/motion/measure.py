@@ -25,7 +25,7 @@ from hefting.core.spatial import (
     rotation_matrices,
 )
 from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
-from hefting.motion.smoothing import Curves, smooth_poses
+from hefting.motion.inertial import Curves, smooth_poses
 from hefting.motion.state import Motion
 
 Source = Literal["auto", "columns", "smooth", "filter"]

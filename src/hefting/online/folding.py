@@ -15,10 +15,11 @@ from hefting.core.spatial import Array, interpolated
 from hefting.identification.waiting import LONGEST_WRENCH_GAP
 from hefting.ingest.drift import Drift
 from hefting.ingest.tool import without_tool
+from hefting.ingest.weights import weights_by_motion
 from hefting.motion import Motion
 from hefting.motion.kalman import PoseFilter, State
 from hefting.motion.state import motion_from_pieces
-from hefting.online.understanding import Understanding, weights_of
+from hefting.online.understanding import Understanding
 
 KEPT = 6.0
 """[s] Duration of the motion that is kept."""
@@ -193,6 +194,6 @@ def _measured(
         z = without_tool(z, found.tool)
     weights = np.ones(len(z))
     if found.source != "orientation" and len(z) > 1:
-        weights = weights_of(found, motion) / known.weight
+        weights = weights_by_motion(found.conditioned, motion) / known.weight
     own = found.motion_noise and z.motion_noise
     return replace(z, weights=weights, motion_noise=own)

@@ -15,7 +15,6 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, codes, note
 from hefting.core.recording import Recording, Stream
-from hefting.estimators import Estimator
 from hefting.identification.estimator import accuracy_of, shape_of
 from hefting.identification.identify import identify_understood
 from hefting.identification.run import understand
@@ -145,8 +144,7 @@ def final_estimate(
             # a log has its own time of the start, but the same end
             start = max(logs[0].duration - (last.time - since), 0.0)
         whole = logs[0] if len(logs) == 1 else logs
-        if isinstance(settings.method, Estimator):
-            shape = shape_of(settings.method, shape, hyperparameters)
+        shape = shape_of(settings.method, shape, hyperparameters)
         accuracy = accuracy_of(settings.method, hyperparameters)
         understood = understand(whole, accuracy, start=start, **settings.reading)
         found = identify_understood(

@@ -289,11 +289,12 @@ class Pipeline:
 
     def _prepare(self) -> None:
         """Find the noise for the next estimates, if there are notably more samples."""
-        state, last, before = self._folded.state, self._folded.last, self._prepared
-        if state is None or self._estimate is None or before is None:
+        state, last = self._folded.state, self._folded.last
+        if state is None or self._estimate is None or self._prepared is None:
             return
-        samples, estimator = self._estimate.samples, before[0].estimator
-        more = samples - before[1]
+        known, then = self._prepared
+        samples, estimator = self._estimate.samples, known.estimator
+        more = samples - then
         if estimator is None or 0 <= more < NOTABLE_SHARE * samples:
             return
         try:
@@ -301,7 +302,7 @@ class Pipeline:
         except (NotIdentifiableError, np.linalg.LinAlgError):
             last = None
         self._folded = replace(self._folded, last=last)
-        self._prepared = before[0], samples
+        self._prepared = known, samples
 
     def _note_end(self, known: Understanding, z: Measurements | None) -> bool:
         """Note the understanding and the last sample of the next estimate; whether they

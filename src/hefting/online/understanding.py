@@ -37,7 +37,7 @@ from hefting.ingest.plausibility import (
     require_object,
 )
 from hefting.ingest.several import what_others_tell
-from hefting.motion import sample_weights
+from hefting.ingest.weights import weights_by_motion
 from hefting.motion.kalman import PoseFilter
 from hefting.online.expected import Expected
 from hefting.shapes import Shape
@@ -115,9 +115,7 @@ class Understander:
     def __init__(self, settings: Settings):
         self._settings = settings
         self._hyperparameters = dict(settings.hyperparameters)
-        self._shape = settings.shape
-        if isinstance(settings.method, Estimator):
-            self._shape = shape_of(settings.method, self._shape, self._hyperparameters)
+        self._shape = shape_of(settings.method, settings.shape, self._hyperparameters)
         default = default_method(self._shape is not None)
         self._method: str | Estimator = settings.method or default
         self._parts: list[Ingested] = []
@@ -245,15 +243,7 @@ def _mean_weight(found: Ingested) -> float:
     motion = found.motion
     if motion is None or found.source == "orientation" or len(motion.time) < 2:
         return 1.0
-    return float(weights_of(found, motion).mean())
-
-
-def weights_of(found: Ingested, motion: Any) -> Array:
-    """Weights (K,) of samples by the errors of their motion, as in ingest."""
-    c = found.conditioned
-    phi = np.where(np.isfinite(c.covariance.diagonal()), c.parameters, 0.0)
-    noise = (max(c.noise.force, 1e-12), max(c.noise.torque, 1e-12))
-    return sample_weights(phi, motion, *noise)
+    return float(weights_by_motion(found.conditioned, motion).mean())
 
 
 def _filter(recording: Recording) -> PoseFilter | None:

@@ -12,7 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.core.summary import sign_told
-from hefting.estimators import OLS, Estimator, options
+from hefting.estimators import OLS, Estimator, settings_text
 from hefting.identification.checks import with_diagnostics
 from hefting.identification.convergence import Convergence, convergence
 from hefting.identification.estimator import estimator_for
@@ -180,6 +180,8 @@ def least_squares(found: Ingested) -> tuple[Estimate, Estimator] | None:
 def assumptions(estimate: Estimate, say: Say) -> Section:
     """Assumptions and findings about the recording, and settings of the method."""
     made = estimate.provenance
+    settings = settings_text(made)
+    with_settings = f", with {settings}" if settings else ""
     pairs = [
         ("Log", made.get("log", "not known")),
         ("Samples", _samples(estimate)),
@@ -190,7 +192,7 @@ def assumptions(estimate: Estimate, say: Say) -> Section:
         ("Clock", _clock(made)),
         ("Motion", made.get("motion", "not known")),
         ("Tool", _tool(made)),
-        ("Method", f"{estimate.method}{_settings(made)}"),
+        ("Method", f"{estimate.method}{with_settings}"),
     ]
     parts = [terms(pairs)]
     if notes := [say(str(note)) for note in made.get("notes", ())]:
@@ -252,12 +254,3 @@ def _tool(made: Mapping[str, Any]) -> str:
     if not tool:
         return "none: what is shown is all that the sensor holds"
     return f"{tool[0]:.4g} kg were subtracted: what is shown is the object alone"
-
-
-def _settings(made: Mapping[str, Any]) -> str:
-    values = [
-        f"{name} = {made[name]:g}"
-        for name in ("points", *options())
-        if isinstance(made.get(name), int | float)
-    ]
-    return f", with {', '.join(values)}" if values else ""

@@ -118,7 +118,7 @@ def _figure(
 
 
 def component_lines(
-    time: Array, values: Array, kind: str, row: str, *, dots: bool = False
+    time: Array, values: Array, kind: str, row: str, *, dots: bool
 ) -> Iterable[Trace]:
     """Curves of the three components; those of kind ``"measured"`` are wide and pale."""
     shown = thinned(values)

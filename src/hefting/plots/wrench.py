@@ -67,7 +67,7 @@ def draw_wrench(
     figure: "SubFigure",
     measurements: Measurements,
     estimate: Estimate,
-    start: float | None = None,
+    start: float | None,
 ) -> None:
     """The rows of `plot_wrench` and their legend, on an empty figure."""
     curves = wrench_curves(measurements, estimate, start)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from typing import Any
 
@@ -356,7 +355,8 @@ class Prediction:
         in a log, which makes it readable as one, then ``fx_low``, ``fx_high`` and so
         on. Infinite ends are blank; static poses have no time, as in a log."""
         import pyarrow as pa
-        from pyarrow import csv
+
+        from hefting.logs.canonical import csv_of
 
         columns = {} if self.static else {"time": pa.array(self.time)}
         columns |= {name: pa.array(self.wrench[:, i]) for i, name in enumerate(WRENCH)}
@@ -366,11 +366,7 @@ class Prediction:
                     columns[f"{name}_{end}"] = pa.array(
                         values[:, i], mask=~np.isfinite(values[:, i])
                     )
-        table = pa.table(columns)
-        stream = io.BytesIO()
-        stream.write((",".join(table.column_names) + "\n").encode())
-        csv.write_csv(table, stream, csv.WriteOptions(include_header=False))
-        return stream.getvalue()
+        return csv_of(pa.table(columns))
 
 
 def _rows(values: Array | None) -> list | None:

@@ -29,6 +29,7 @@ from hefting.reproduction.experiment import (
     Results,
     Table,
     over_limit,
+    speeds_of,
     thing,
     wielded,
 )
@@ -83,7 +84,7 @@ def run(job: Job) -> Result:
 
 def report(results: Results) -> Report:
     """Errors after 1.5 and 10 s, the best c1 of each speed, and errors over time."""
-    speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
+    speeds = speeds_of(results)
     found = {  # (values, times) by quantity and speed, averaged over objects
         name: {
             s: np.mean([r[name] for job, r in results if job["speed"] == s], axis=0)

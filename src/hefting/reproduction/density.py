@@ -195,7 +195,7 @@ def report(results: Results) -> Report:
     )
     figures = {
         "accuracy": accuracy_figure(densities, found),
-        "times": times_figure(timed, COUNTS),
+        "times": times_figure(timed),
     }
     return Report(tables, figures, _notes(claims))
 
@@ -329,7 +329,7 @@ def accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarra
     return figure
 
 
-def times_figure(timed: Results, counts: tuple[int, ...]):
+def times_figure(timed: Results):
     """Compute times, a line per density."""
     colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
     with drawing(2.6) as figure:
@@ -337,12 +337,12 @@ def times_figure(timed: Results, counts: tuple[int, ...]):
         for k, (_, result) in enumerate(timed):
             line = marked(colours[k], "os^Dv*"[k])
             left.plot(
-                counts,
+                COUNTS,
                 1e3 * np.array(result["solve"]),
                 label=f"{result['points']} points",
                 **line,
             )
-            right.plot(counts, 1e3 * np.array(result["whole"]), **line)
+            right.plot(COUNTS, 1e3 * np.array(result["whole"]), **line)
         left.set(
             ylim=(0.0, None),
             ylabel="time [ms]",
@@ -351,7 +351,7 @@ def times_figure(timed: Results, counts: tuple[int, ...]):
         )
         right.set(xlabel="observations", title="all folded, then estimated")
         for axes in (left, right):
-            axes.set_xlim(0, 1.03 * counts[-1])
+            axes.set_xlim(0, 1.03 * COUNTS[-1])
             axes.set_xticks([0, 1000, 2000, 3000])
         legend_above(figure, left, 3)
     return figure

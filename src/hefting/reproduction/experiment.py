@@ -226,6 +226,11 @@ def over_limit(speed: float) -> bool:
     return SPEEDS[speed] > SPEED_LIMIT
 
 
+def speeds_of(results: Results) -> list[Any]:
+    """The speeds of the jobs of results, each once, in their order."""
+    return list(dict.fromkeys(job["speed"] for job, _ in results))
+
+
 def marked(colour: str, marker: str) -> dict[str, Any]:
     """Style of a line with a mark at each value."""
     return {"color": colour, "marker": marker, "markersize": 3.0, "linewidth": 1.0}

@@ -17,6 +17,7 @@ from hefting.reproduction.experiment import (
     legend_above,
     mark_limit,
     marked,
+    speeds_of,
     thing,
     wielded,
 )
@@ -92,7 +93,7 @@ def human(k: int) -> dict[str, float]:
 def report(results: Results) -> Report:
     """The paper's ratios recomputed, its object statistics, and the simulated
     motions."""
-    speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
+    speeds = speeds_of(results)
     shares = {  # (objects,) by quantity and speed
         part: {
             s: np.array(

@@ -24,6 +24,7 @@ from hefting.reproduction.experiment import (
     mean,
     over_limit,
     signal_to_noise,
+    speeds_of,
     thing,
     wielded,
 )
@@ -81,7 +82,7 @@ def _over_time(estimator, z, subject) -> dict[str, list]:
 
 def report(results: Results) -> Report:
     """Errors after 10 s, over time, and the paper's two figures."""
-    speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
+    speeds = speeds_of(results)
     by_speed = {s: [r for job, r in results if job["speed"] == s] for s in speeds}
     at = TIMES.index(SHOWN)
 

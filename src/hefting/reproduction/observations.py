@@ -28,6 +28,7 @@ from hefting.reproduction.experiment import (
     over_limit,
     pmd,
     printed,
+    speeds_of,
     thing,
     wielded,
 )
@@ -183,7 +184,7 @@ def _first(
 def report(results: Results) -> Report:
     """Tables and figure."""
     scores = pooled(results)
-    speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
+    speeds = speeds_of(results)
     figures = {"observations": figure(scores, speeds)}
     return Report(tables(results, scores, speeds), figures, (NOTE,))
 

@@ -36,6 +36,13 @@ MAX_CELLS = 20_000_000
 CELLS_LOOKED_AT = 200_000
 """Cells that are tested in the search of the best grid, and so limit the number of
 grids."""
+MOST_UNEVEN = 1.7
+"""Longest over shortest side up to which a cell counts as nearly cubic."""
+LONGEST_ALONE = 1.6
+"""Longest side of the only cell along an axis, in pitches of the wanted cell."""
+FARTHEST_PITCH, PITCHES = 0.4, 61
+"""Largest logarithm of a pitch that is tried over the wanted one, and number of
+pitches, most of them near it."""
 GOOD = 0.01
 """Score (see `_scores`) up to which other phases are not tried."""
 FEWEST, MOST = 0.9, 1.3
@@ -236,7 +243,8 @@ def _centred(box: WorkingBox, cell: float, number: int) -> list[tuple]:
         middle = 0.5 * (low + high)
         small = math.prod(min(middle, side) for side in sides) < cell
         low, high = (middle, high) if small else (low, middle)
-    pitch = high * np.exp(0.4 * np.linspace(-1, 1, 61) ** 3)[:, None, None]
+    pitch = high * np.exp(FARTHEST_PITCH * np.linspace(-1, 1, PITCHES) ** 3)
+    pitch = pitch[:, None, None]
     cells = np.floor(box.sides / pitch) + np.indices((3, 3, 3)).reshape(3, 27).T
     cells = np.maximum(cells, 1).reshape(-1, 3)
     cells = cells[np.lexsort(cells.T[::-1])]
@@ -245,7 +253,9 @@ def _centred(box: WorkingBox, cell: float, number: int) -> list[tuple]:
     longest = np.where(cells > 1, size, 0).max(axis=1)
     uneven = longest / np.where(cells > 1, size, np.inf).min(axis=1)
     # a side of one cell may be short, but not long
-    even = (uneven < 1.7) & (size * (cells == 1) <= 1.6 * high).all(axis=1)
+    even = (uneven < MOST_UNEVEN) & (size * (cells == 1) <= LONGEST_ALONE * high).all(
+        axis=1
+    )
     cells = cells[even] if even.any() else cells
     deviation = np.abs(np.log(np.prod(box.sides / cells, axis=1) / cell))
     chosen = cells[np.argsort(deviation, kind="stable")[:number]].astype(int)

@@ -132,7 +132,7 @@ class Scenario:
         return Simulated(wielding, recording, facts, tuple(warnings))
 
 
-def named_arm(name: str, sensor_frame: str | None = None) -> Arm:
+def named_arm(name: str, sensor_frame: str | None) -> Arm:
     """One of `ARMS`, or the arm of a URDF file whose link `sensor_frame` carries the
     sensor.
 

@@ -14,8 +14,15 @@ from hefting.core.errors import InputError, needing
 from hefting.core.files import check_replaceable
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
-from hefting.logs.ros.serialising import McapOutput, Messages, channel_of, serialise
-from hefting.logs.ros.writing import EPOCH, messages_at, streams_of
+from hefting.logs.ros.writing import (
+    EPOCH,
+    McapOutput,
+    Messages,
+    channel_of,
+    messages_at,
+    serialise,
+    streams_of,
+)
 from hefting.online.samples import Samples
 
 BLOCK = 0.1

@@ -51,11 +51,11 @@ NOTHING = 0.01
 """Smallest size for the digits of moments, as a share of their widest interval."""
 
 
-def decimals_of(value: float, reach: float | None, digits: int = 2) -> int:
-    """Number of decimals that shows `digits` significant digits of the half-width of a
-    value's interval, its `reach`; without one `SIGNIFICANT` digits of the value."""
+def decimals_of(value: float, reach: float | None) -> int:
+    """Number of decimals that shows one significant digit of the half-width of a value's
+    interval, its `reach`; without one `SIGNIFICANT` digits of the value."""
     known = reach is not None and np.isfinite(reach) and reach > 0.0
-    size, digits = (reach, digits) if known else (abs(value), SIGNIFICANT)
+    size, digits = (reach, 1) if known else (abs(value), SIGNIFICANT)
     if not size or not np.isfinite(size):
         return FEWEST
     # 9.96 has as many digits before the point as 10 once it is rounded
@@ -80,7 +80,7 @@ def with_reach(
     if not np.isfinite(numbers).all() or (reach is not None and not np.isfinite(reach)):
         return "open"
     finest = reach if least is None else least
-    decimals = decimals_of(float(np.abs(numbers).max()), finest, 1)
+    decimals = decimals_of(float(np.abs(numbers).max()), finest)
     text = ", ".join(fixed(value, decimals) for value in numbers)
     return text if reach is None else f"{text} ± {fixed(reach, decimals)}"
 

@@ -340,15 +340,10 @@ def facts(estimate: Estimate) -> Iterable[str]:
         yield f"the shape is taken as known to {100 * made['shape_std']:.3g} % of its size"
     if made.get("shape_known") == "bounds":
         yield "the object is taken to be somewhere inside the box, of any shape"
-    from hefting.estimators import options
+    from hefting.estimators import settings_text
 
-    settings = [
-        f"{k} = {made[k]:g}"
-        for k in ("points", *options())
-        if isinstance(made.get(k), float | int)
-    ]
-    if settings:
-        yield ", ".join(settings)
+    if settings := settings_text(made):
+        yield settings
     if estimate.residual is not None:
         yield f"residual: {estimate.residual[0]:.3g} N, {estimate.residual[1]:.3g} N m root mean square"
     consistency = estimate.consistency

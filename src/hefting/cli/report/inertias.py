@@ -22,7 +22,7 @@ CONDITIONS = {
 """The condition that fails, in a few words."""
 
 
-def inertias_report(repaired: Repaired, written: str | None = None) -> Group:
+def inertias_report(repaired: Repaired, written: str | None) -> Group:
     """Links that fail, the number of others, and the `written` file or what to do."""
     failing, links = repaired.failing, len(repaired.checks)
     massless = sum(checked.inertial.is_massless for checked in repaired.checks)

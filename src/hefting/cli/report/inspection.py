@@ -27,7 +27,7 @@ EVERYDAY = "about 5 in everyday handling"
 """Nadeau et al. 2022, sec. III."""
 
 
-def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
+def inspection_report(found: "Inspection", verbose: bool) -> Group:
     """Verdict and warnings, streams, motion, wrench, object, and what to do next; with
     `verbose` also the numbers behind them."""
     lasts = (

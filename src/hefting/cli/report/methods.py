@@ -32,7 +32,7 @@ MOMENTS = "Jxx, Jyy, Jzz\n10⁻³ kg m²"
 SHARES = "COM in % of the bounding box's sides, inertia of a uniform box's moments"
 
 
-def methods_report(verbose: bool = False) -> Group:
+def methods_report(verbose: bool) -> Group:
     """Every method: what it does, needs and is best for; with `verbose` also its source
     and invariances."""
     known = describe_methods()
@@ -64,9 +64,9 @@ def methods_report(verbose: bool = False) -> Group:
 
 def comparison_report(
     comparison: "Comparison",
-    errors: "dict[str, Errors] | None" = None,
-    verbose: bool = False,
-    truth: "InertialParameters | None" = None,
+    errors: "dict[str, Errors] | None",
+    verbose: bool,
+    truth: "InertialParameters | None",
 ) -> Group:
     """Methods as rows: mass, COM and inertia with half-widths of their intervals, and the
     recommended method. With `verbose` also residual, consistency, time, variants of

@@ -21,7 +21,7 @@ MOST_OPEN = 10.0
 """Half-width (relative, of the COM in m) above which a quantity is open."""
 
 
-def plan_report(plan: Plan, verbose: bool = False) -> list[Line]:
+def plan_report(plan: Plan, verbose: bool) -> list[Line]:
     """The motion, half-widths now, after it and as asked, binding limits, and
     assumptions; with `verbose` also the used share of each limit."""
     lines = [Line(_headline(plan), "bold")]

@@ -20,7 +20,7 @@ NOTICED = 1e-3
 """Share of the largest force or torque above which errors of the motion are printed."""
 
 
-def prediction_report(found: Prediction, verbose: bool = False) -> Group:
+def prediction_report(found: Prediction, verbose: bool) -> Group:
     """Verdict and warnings, largest force and torque, lowest and highest value of each
     component with its band, agreement with the measured wrench; with `verbose` also
     assumptions."""

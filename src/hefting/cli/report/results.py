@@ -74,7 +74,7 @@ def _estimates_json(results: Results) -> dict[str, dict[str, Any]]:
 
 
 def print_results(
-    results: Results, render: Callable[[str], str], verbose: bool = False
+    results: Results, render: Callable[[str], str], verbose: bool
 ) -> None:
     """Print the results as a table, then the written files; `render` as in `print_json`,
     `verbose` as in `estimate_report`."""

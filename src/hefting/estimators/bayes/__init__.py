@@ -22,6 +22,8 @@ from hefting.estimators.base import (
     Estimator,
     Known,
     require_samples,
+    stated_errors,
+    take_errors,
 )
 from hefting.estimators.bayes.likelihood import scale_doubts
 from hefting.estimators.bayes.mixture import (
@@ -43,11 +45,7 @@ from hefting.estimators.bayes.prior import Prior, prior_of
 from hefting.estimators.bayes.samples import require_information
 from hefting.estimators.joint_state import State, WhitenedState, states_of
 from hefting.estimators.quadratic import WrenchNoise
-from hefting.estimators.sample_state import (
-    require_body,
-    require_common_covariance,
-    require_weight,
-)
+from hefting.estimators.sample_state import require_weight
 from hefting.shapes import Shape
 
 MOST_PASSES = 6
@@ -157,7 +155,7 @@ class Bayes(Estimator):
             )
         try:
             pose_std = np.zeros(2) if self.pose_std is None else self.pose_std
-            pose_std, C = np.array(pose_std, dtype=float), self.systematic
+            pose_std = np.array(pose_std, dtype=float)
             shape_std = None if self.shape_std is None else float(self.shape_std)
         except (TypeError, ValueError):
             raise InputError(
@@ -174,11 +172,7 @@ class Bayes(Estimator):
             raise InputError(
                 f"the shape's deviation is a share from 0 to 1, not {self.shape_std}"
             )
-        accuracy = SensorAccuracy.of(self.sensor_accuracy)
-        object.__setattr__(self, "sensor_accuracy", accuracy)
-        object.__setattr__(self, "mass", MassReading.of(self.mass))
-        require_body("what is carried", self.carried)
-        require_common_covariance(C)
+        take_errors(self)
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
@@ -200,11 +194,7 @@ class Bayes(Estimator):
     @property
     def provenance(self) -> dict[str, Any]:
         """As `Estimator.provenance`, with the kind of a shape that is only bounds."""
-        found = super().provenance
-        if self.sensor_accuracy is not None:
-            found["sensor_accuracy"] = str(self.sensor_accuracy)
-        if self.mass is not None:
-            found["mass"] = str(self.mass)
+        found = super().provenance | stated_errors(self)
         if self.shape_std is not None or self.shape.known == "object":
             return found
         return found | {"shape_known": self.shape.known}

@@ -114,7 +114,7 @@ _DIAGONAL, _PRODUCTS = (3, 6, 8), (4, 5, 7)
 
 
 def bounded_members(
-    table: Array, sides: Array, least_gamma: float = EVEN_COM
+    table: Array, sides: Array, least_gamma: float
 ) -> tuple[Array, Array]:
     """For a box of `sides` (3,) [m]: means (j, 10) of the members for 1 kg about its
     middle, and factors (j, 9, 9) of their covariances without the mass. `least_gamma`

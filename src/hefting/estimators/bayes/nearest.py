@@ -60,7 +60,7 @@ def nearest_body(
     move: Move | None,
     mixture: Mixture,
     shape: Shape,
-    before: Duals | None = None,
+    before: Duals | None,
 ) -> Nearest:
     """The mass distribution over uniform cells or, where that is not near enough, over
     voxels; `move` is where `prior` has put the shape, if that was uncertain. The

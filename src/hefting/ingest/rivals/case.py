@@ -34,6 +34,10 @@ arm or a payload explained."""
 COLOUR_STEP, COLOUR_AVERAGES = 0.12, 1500
 """[s] Step of the fourth differences, which contain 3 % of a motion of 1 Hz; number of
 averages used."""
+FEWEST_DIFFERENCES = 40
+"""Least number of fourth differences to which the twelve features are fitted."""
+OF_DIFFERENCES = 70.0**0.5
+"""Deviation of fourth differences over that of the values: 1 + 16 + 36 + 16 + 1."""
 CLEAR_COLOUR = 1.15
 """Ratio to the floor above which noise is coloured; of white noise it is found to 6
 %."""
@@ -249,11 +253,11 @@ class Case:
         for _ in range(4):
             both = both[step:] - both[:-step]
         both = both[np.isfinite(both).all(axis=1)]
-        if len(both) < 40:
+        if len(both) < FEWEST_DIFFERENCES:
             return np.zeros(2)
         known, wrench = both[:, :-6], both[:, -6:]
         left = wrench - known @ np.linalg.lstsq(known, wrench, rcond=1e-9)[0]
-        return _size(left) / 70.0**0.5
+        return _size(left) / OF_DIFFERENCES
 
     @cached_property
     def offsets(self) -> Array:
