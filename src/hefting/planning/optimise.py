@@ -97,8 +97,8 @@ FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 5.0, 3.0, 600.0
 """mu of the first round, its growth per round, and its largest value, tuned on motions
 of 4 and 10 s of three arms."""
 STRIDE = 0.5
-"""[rad] Farthest that a control point moves in a round beside solids or walls, whose
-clearances are linear nearby only; farther, some motions never came clear of them."""
+"""[rad] Farthest that a control point moves in a round beside solids or walls, as their
+clearances are linear nearby only."""
 
 
 @immutable

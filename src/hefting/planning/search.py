@@ -32,11 +32,11 @@ STARTS_A_START = 4
 DRAWS = 400
 """Number of random configurations that are tried as starts at once."""
 MOST_DRAWN = 25
-"""Times that this is done, until one is clear: one of 2,000 is in a narrow cell."""
+"""Times that this is done until one is clear: in narrow cells one of 2,000 is."""
 LOOKED_AT = 100
 """Number of them for which an error counts obstacles, if none is clear."""
 ELBOW_ROOM = 0.03
-"""[m] Clearance above which random starts are equally good."""
+"""[m] Clearance of random starts from which on all are alike."""
 
 
 class Found(NamedTuple):
