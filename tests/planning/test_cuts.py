@@ -54,10 +54,13 @@ def test_a_motion_is_pushed_out_of_what_it_goes_through():
     assert post.clearance(q).min() > 0.0
 
 
-def test_a_round_beside_obstacles_goes_no_farther_than_clearances_are_linear():
+def test_rounds_beside_obstacles_go_less_and_less_far():
+    """As far as clearances are linear: a penalty 16 times as large halves it twice."""
     own = problem(duration=2.0)
     x = random_motion(own, np.random.default_rng(0))
-    beside = Post(own.start, -1.0)
-    step = [Search(own, x, space).next(60).x - x for space in (None, beside)]
-    assert np.abs(step[0]).max() > 1.2 * STRIDE
-    assert np.abs(step[1]).max() <= STRIDE + 1e-9
+    for factor in (1.0, 16.0):
+        search = Search(own, x, None, weight=factor * FIRST_WEIGHT)
+        beside = replace(search, space=Post(own.start, -1.0))
+        most = STRIDE / factor**0.5
+        assert np.abs(search.next(60).x - x).max() > most
+        assert np.abs(beside.next(60).x - x).max() <= most + 1e-9

@@ -96,9 +96,9 @@ instants, and a round exceeds limits slightly."""
 FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 5.0, 3.0, 600.0
 """mu of the first round, its growth per round, and its largest value, tuned on motions
 of 4 and 10 s of three arms."""
-STRIDE = 0.5
-"""[rad] Farthest that a control point moves in a round beside solids or walls, as their
-clearances are linear nearby only."""
+STRIDE = 1.0
+"""[rad] Farthest that a control point moves in the first round beside solids or walls, as
+their clearances are linear nearby only; in proportion to mu^-0.5 later."""
 
 
 @immutable
@@ -122,7 +122,9 @@ class Search:
         if self.space is not None:
             position = problem.basis.states(problem.start, self.x).position
             problem = replace(problem, cuts=Cuts.of(self.space, position))
-        flat, reach = self.x.ravel(), np.inf if self.space is None else STRIDE
+        flat = self.x.ravel()
+        near = STRIDE * (FIRST_WEIGHT / self.weight) ** 0.5
+        reach = np.inf if self.space is None else near
         before = self.multipliers
         result = minimize(
             lambda flat: lagrangian(

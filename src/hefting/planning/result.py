@@ -94,8 +94,8 @@ class Plan:
     ``acceleration``, ``jerk``, ``corner_speed``, ``force``, ``torque``"""
     clearance: float | None = None
     """[m] least distance between links and object, and from the boundaries of half-spaces:
-    0.1 stands for 0.1 or more. Pairs that are not checked: see `Space.of`, and `notes` and
-    `warnings`. None if nothing is checked"""
+    0.1 stands for 0.1 or more. Not all pairs are checked: see `Space.of`, and `notes`.
+    None if none is"""
     binding: tuple[Message, ...] = ()
     """limits that bind, and where"""
     notes: tuple[Message, ...] = ()
