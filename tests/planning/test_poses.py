@@ -48,16 +48,13 @@ def test_moves_are_of_minimum_jerk_between_rests():
     np.testing.assert_allclose(still.acceleration, 0.0, atol=1e-7)
 
 
-def test_ways_and_their_derivatives_agree():
+def test_ways_and_their_speed_agree():
     u, h = np.linspace(0.1, 0.9, 9), 1e-5
-    way, speed, acceleration = minimum_jerk(u)
+    way, speed = minimum_jerk(u)
     assert way[[0, -1]].sum() == pytest.approx(1.0)  # the same from both ends
     after, before = minimum_jerk(u + h), minimum_jerk(u - h)
     # central differences, h² times the third derivative, at most 60
     np.testing.assert_allclose((after[0] - before[0]) / (2 * h), speed, atol=1e-8)
-    np.testing.assert_allclose(
-        (after[1] - before[1]) / (2 * h), acceleration, atol=1e-7
-    )
 
 
 def test_limits_are_kept_on_a_grid_of_1_khz(tour):

@@ -9,6 +9,7 @@ from problems import BODY, MOTION_NOISE, NOISE, problem
 from hefting.core.regressor import full_regressor
 from hefting.planning.information import noise_covariance
 from hefting.planning.optimise import lagrangian
+from hefting.planning.problem import Cuts
 from hefting.planning.space import HalfSpace
 from hefting.robots.joint_motion import JointMotion
 from hefting.simulation.arm import PANDA, UR5E
@@ -23,6 +24,10 @@ def test_the_gradient_is_that_of_differences(arm, asked):
     own = problem(arm, asked=asked, walls=WALLS, force=8.0, torque=0.5)
     rng = np.random.default_rng(0)
     x = 0.3 * rng.normal(size=own.size)
+    position = own.look(x).states.position
+    near = rng.uniform(-0.02, 0.03, len(position))
+    cuts = Cuts(position, near, rng.normal(size=position.shape))
+    own = replace(own, cuts=cuts)
     multipliers = {k: rng.random(g.shape) for k, g in own.look(x).excesses().items()}
 
     def value(x):

@@ -46,6 +46,25 @@ def test_what_is_near_most_often_is_named_with_what_helps(this, fix):
     assert f"it is {this}; give `start`, or {fix}" in str(error.value)
 
 
+class Cell(Crowded):
+    """A space in which one of 2,000 places is clear."""
+
+    asked = 0
+
+    def clearance(self, q):
+        self.asked += len(q)
+        clear = np.arange(self.asked - len(q), self.asked) == 1999
+        return np.where(clear, 0.05, -0.01)
+
+
+def test_a_narrow_cell_has_a_place_to_start_from():
+    own, space = problem(), Cell()
+    joints = tuple(map(str, range(len(own.start))))
+    searcher = Searcher(joints, space, EFFORTS["quick"], np.random.default_rng(1))
+    assert searcher.free_starts(own, 12).shape == (1, len(own.start))
+    assert space.asked == 2000
+
+
 def test_regions_without_a_way_between_are_named(tmp_path, monkeypatch):
     search_briefly(monkeypatch)
     keep = ["z>=0.5", "z<=0.45"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note
-from hefting.core.spatial import Array
+from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.planning.information import features
 from hefting.planning.kinematics import Chain, Trajectory
 from hefting.planning.limits import CLEARANCE, CLEARANCE_SCALE, Constraints, JointStates
@@ -15,8 +15,8 @@ from hefting.planning.space import Space
 FINE = 1000.0
 """[Hz] Rate of the grid on which limits are kept."""
 CLEARANCE_RATE = 100.0
-"""[Hz] Rate of the grid of clearances: in half an interval nothing moves farther than a
-quarter of `CLEARANCE`."""
+"""[Hz] Rate of the grid of clearances at `SPEED_LIMIT`, and in proportion above it: in half
+an interval no corner moves farther than a quarter of `CLEARANCE`."""
 BINDING = 0.97
 """Share of a limit above which it binds."""
 NAMES = {
@@ -89,7 +89,9 @@ class Usage:
                     add(name, wrench[:, part], ("x", "y", "z"))
         clearance, nearest = None, ""
         if space is not None:
-            q = trajectory.sampled(CLEARANCE_RATE).position
+            fastest = shares["corner_speed"] * constraints.limits.corner_speed
+            rate = CLEARANCE_RATE * max(1.0, fastest / SPEED_LIMIT)
+            q = trajectory.sampled(rate).position
             clearance, nearest = space.nearest(q)
         return cls(shares, places, clearance, nearest)
 

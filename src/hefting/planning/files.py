@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.errors import InputError, needing, printable
-from hefting.core.files import check_replaceable, write_atomically
+from hefting.core.files import write_atomically
 from hefting.core.spatial import Array
 from hefting.planning.result import Plan, reduced_speed_text, speed_text
 
@@ -26,7 +26,6 @@ def write_plan(plan: Plan, path: str | Path) -> None:
     --------
     >>> write_plan(plan, "motion.csv")  # doctest: +SKIP
     """
-    check_replaceable(path)
     write_atomically(path, content_of(plan, path))
 
 

@@ -96,6 +96,9 @@ instants, and a round exceeds limits slightly."""
 FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 5.0, 3.0, 600.0
 """mu of the first round, its growth per round, and its largest value, tuned on motions
 of 4 and 10 s of three arms."""
+STRIDE = 1.0
+"""[rad] Farthest that a control point moves in the first round beside solids or walls, as
+their clearances are linear nearby only; in proportion to mu^-0.5 later."""
 
 
 @immutable
@@ -119,23 +122,25 @@ class Search:
         if self.space is not None:
             position = problem.basis.states(problem.start, self.x).position
             problem = replace(problem, cuts=Cuts.of(self.space, position))
-        multipliers = self.multipliers or {
-            name: np.zeros_like(g)
-            for name, g in problem.look(self.x).excesses().items()
-        }
+        flat = self.x.ravel()
+        near = STRIDE * (FIRST_WEIGHT / self.weight) ** 0.5
+        reach = np.inf if self.space is None else near
+        before = self.multipliers
         result = minimize(
             lambda flat: lagrangian(
-                problem.look(flat.reshape(shape)), multipliers, self.weight, self.aims
+                problem.look(flat.reshape(shape)), before, self.weight, self.aims
             ),
-            self.x.ravel(),
+            flat,
             jac=True,
             method="L-BFGS-B",
+            bounds=np.column_stack((flat - reach, flat + reach)),
             options={"maxiter": steps, "maxcor": 20, "ftol": 1e-7},
         )
         x = result.x.reshape(shape)
         after = {
             name: np.maximum(
-                0.0, multipliers[name] + self.weight * (g + self.aims.get(name, AIM))
+                0.0,
+                before.get(name, 0.0) + self.weight * (g + self.aims.get(name, AIM)),
             )
             for name, g in problem.look(x).excesses().items()
         }
@@ -168,7 +173,7 @@ def lagrangian(
     by: dict[str, Array] = {}
     instants = look.features.shape[1]
     for name, g in look.excesses().items():
-        before = multipliers[name]
+        before = multipliers.get(name, 0.0)
         after = np.maximum(0.0, before + weight * (g + aims.get(name, AIM)))
         value += float(np.sum(after**2 - before**2)) / (2.0 * weight * instants)
         by[name] = after / instants

@@ -294,6 +294,9 @@ class Look:
         by_states = [*self.passed.back(tips), np.zeros_like(self.states.jerk)]
         by_states[0] = by_states[0] + slopes.position
         by_states[1] = by_states[1] + slopes.velocity
+        if problem.cuts is not None:
+            push = by["contact"][:, None] / CLEARANCE_SCALE
+            by_states[0] = by_states[0] - push * problem.cuts.slope
         for i, (name, (_, half)) in enumerate(
             zip(JointStates._fields, limits.joint_scales, strict=True)
         ):

@@ -94,10 +94,8 @@ class Plan:
     ``acceleration``, ``jerk``, ``corner_speed``, ``force``, ``torque``"""
     clearance: float | None = None
     """[m] least distance between links and object, and from the boundaries of half-spaces:
-    0.1 stands for 0.1 or more, as farther ones are not computed. Left out are half-spaces
-    of links that no joint moves, and pairs of links that one joint connects, that do not
-    move against each other, that the SRDF names or that touch nearly always, and the
-    object with the link that holds it. None if nothing is checked"""
+    0.1 stands for 0.1 or more. Not all pairs are checked: see `Space.of`, and `notes`.
+    None if none is"""
     binding: tuple[Message, ...] = ()
     """limits that bind, and where"""
     notes: tuple[Message, ...] = ()

@@ -30,11 +30,13 @@ LEAST_SHARE = 1e-3
 STARTS_A_START = 4
 """Random motions from each random start."""
 DRAWS = 400
-"""Number of random configurations that are tried as starts."""
+"""Number of random configurations that are tried as starts at once."""
+MOST_DRAWN = 25
+"""Times that this is done until one is clear: in narrow cells one of 2,000 is."""
 LOOKED_AT = 100
 """Number of them for which an error counts obstacles, if none is clear."""
 ELBOW_ROOM = 0.03
-"""[m] Clearance above which random starts are equally good."""
+"""[m] Clearance of random starts from which on all are alike."""
 
 
 class Found(NamedTuple):
@@ -125,16 +127,12 @@ class Searcher:
             x = random_motion(own, self.rng)
             if np.abs(x).max() > 0.0:
                 drafts.append(Search(own, x, self.solid))
-        drafts.sort(key=lambda draft: draft.value)
-        solid = self.solid
-        if solid is None or len(drafts) < 2:
-            return drafts
 
         def touches(draft: Search) -> bool:
             q = draft.problem.basis.states(draft.problem.start, draft.x).position
-            return bool(solid.clearance(q).min() < 0.0)
+            return draft.space is not None and draft.space.clearance(q).min() < 0.0
 
-        return sorted(drafts, key=touches)
+        return sorted(drafts, key=lambda draft: (touches(draft), draft.value))
 
     def _repaired(self, search: Search) -> Found | None:
         """The motion, optimised further until it keeps all limits on the fine grid, or
@@ -176,10 +174,13 @@ class Searcher:
         most `number`; `InputError` if none is found."""
         ends = np.clip(problem.constraints.limits.position, -np.pi, np.pi)
         middle, half = ends.mean(axis=1), 0.35 * (ends[:, 1] - ends[:, 0])
-        draws = middle + half * self.rng.uniform(-1.0, 1.0, (DRAWS, len(ends)))
-        room = np.full(DRAWS, np.inf)
-        if self.solid is not None:
-            room = self.solid.clearance(draws)
+        draws, room = middle[None], np.full(DRAWS, np.inf)
+        for _ in range(MOST_DRAWN):
+            draws = middle + half * self.rng.uniform(-1.0, 1.0, (DRAWS, len(ends)))
+            if self.solid is not None:
+                room = self.solid.clearance(draws)
+            if room.max() >= CLEARANCE:
+                break
         starts: list[Array] = []
         for k in np.argsort(-np.minimum(room, ELBOW_ROOM), kind="stable"):
             if room[k] < CLEARANCE or len(starts) == number:
@@ -232,7 +233,7 @@ def _nowhere_clear(space: Space, draws: Array) -> InputError:
     near = Counter(space.nearest(q)[1] for q in draws[:LOOKED_AT])
     [(names, count)] = near.most_common(1)
     what = (
-        f"none of {len(draws)} random places to start from is clear of everything: most "
+        f"none of {MOST_DRAWN * DRAWS:,} random places to start from is clear of everything: most "
         f"often ({100 * count / len(draws[:LOOKED_AT]):.0f} %) it is {names}"
     )
     fix = "`srdf`, if these cannot touch"

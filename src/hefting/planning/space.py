@@ -136,8 +136,8 @@ class Space:
 
         Solids are the convex hulls of the collision geometry. Links that one joint
         connects are not checked against each other, nor is the object against the link
-        that holds it. Raises `InputError` as `read_urdf`, `Robot.from_tree`,
-        `read_geometries`, `HalfSpace.parse` and `read_disabled_pairs` do.
+        that holds it. Raises `InputError` for a file, a tip or a half-space that cannot be
+        read.
         """
         tree = read_urdf(urdf)
         robot = Robot.from_tree(tree, tip)

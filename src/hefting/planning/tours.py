@@ -77,12 +77,10 @@ def best_tour(
     return min(found, key=lambda each: each[0])[1] if found else None
 
 
-def minimum_jerk(share: Array) -> tuple[Array, Array, Array]:
-    """Displacement, speed and acceleration at times `share` of a move of 1 in 1 s."""
-    u = share
+def minimum_jerk(u: Array) -> tuple[Array, Array]:
+    """Displacement and speed at times `u` of a move of 1 in 1 s."""
     way = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
-    speed = 30.0 * u**2 * (1.0 - u) ** 2
-    return way, speed, 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u)
+    return way, 30.0 * u**2 * (1.0 - u) ** 2
 
 
 def _search(
@@ -143,7 +141,7 @@ def _corner_times(problem: Problem, poses: Array) -> Array:
 
 def _along(poses: Array) -> tuple[Array, Array]:
     """Joint positions and speeds ((N - 1) 2 `ALONG`, n) on moves of one second each."""
-    way, speed, _ = minimum_jerk(np.linspace(0.0, 1.0, 2 * ALONG + 1)[1:])
+    way, speed = minimum_jerk(np.linspace(0.0, 1.0, 2 * ALONG + 1)[1:])
     first, step = poses[:-1, None], np.diff(poses, axis=0)[:, None]
     n = poses.shape[1]
     q = first + way[:, None] * step
