@@ -92,7 +92,6 @@ def _writer(stream: BinaryIO) -> "Iterator[Context]":
 
 
 def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
-    """Times of messages [ns] from times of a recording [s]."""
     from hefting.logs.ros.writing import EPOCH
 
     stamps = EPOCH + np.rint((time - recording.start) * 1e9).astype(np.int64)

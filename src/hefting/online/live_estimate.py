@@ -177,9 +177,8 @@ def state_of(estimate: Estimate) -> LiveStateName:
 
 
 def _is_empty(z: Measurements, before: Estimate | None) -> bool:
-    """Whether the force is that of no body compared with the object `before`: it is the
-    bias found with that, of either sign, or constant although the motion would show a
-    body."""
+    """Whether the force is that of no body compared with the object `before`: the bias
+    found with that, of either sign, or constant where the motion would show a body."""
     if before is None or not len(z):
         return False
     load = z.linear_acceleration - z.gravity

@@ -100,7 +100,6 @@ class Series:
             self.time, self.values = self._ordered(self.time, self.values)
 
     def _ordered(self, time: Array, values: Array) -> tuple[Array, Array]:
-        """Samples in order of time, each stamp once; repeated ones are counted."""
         kept = in_order(time)
         self._count("repeated", len(time) - len(kept))
         return time[kept], values[kept]

@@ -106,10 +106,9 @@ class LiveView:
         self.shown = found
 
     def _draw_object(self, estimate: Estimate | None) -> None:
-        """Draw the object of an estimate; without one the shape alone."""
-        drawn = estimate is not None and estimate.point_masses is not None
-        masses = drawn and self.shape is not None
-        scene = scene_of({"estimate": estimate}, self.shape, masses=masses)
+        masses = None if estimate is None else estimate.point_masses
+        with_masses = masses is not None and self.shape is not None
+        scene = scene_of({"estimate": estimate}, self.shape, masses=with_masses)
         if self.drawing is None:
             self.drawing = ObjectDrawing(self.server.scene, scene)
             self._aim(scene.corners, self.drawing.size)

@@ -33,9 +33,8 @@ of the later drift."""
 MOST_DRIFT_FUNCTIONS = 12
 """Largest number of these polynomials."""
 LARGEST_LAG = 0.03
-"""[s] Standard deviation of the prior of what is left of the clock offset, as a fit of
-one body does not find that of several: about half the distance of the offsets that are
-tried (`hefting.ingest.changes.find.OFFSETS`)."""
+"""[s] Standard deviation of the clock offset that is left, as a fit of one body misses
+that of several: about half the distance of `hefting.ingest.changes.find.OFFSETS`."""
 LONGEST_CORRELATION = 20.0
 """[cells] Upper bound of the autocorrelation time."""
 

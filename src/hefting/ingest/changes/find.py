@@ -59,9 +59,8 @@ change unless it is far lighter: a hand's tremor there had been slips of 15 mm."
 SHORTEST_STRETCH = 1.5
 """[s] Shortest duration of the longest stretch for changes to be reported."""
 OFFSETS = (0.05, -0.05, 0.1, -0.1, 0.15, 0.2, 0.25, 0.3)
-"""[s] Clock offsets that are tried if bodies explain the wrench neither at that of the
-robust fit nor at none, in more than half of the recording: a fit of one body is misled by
-two."""
+"""[s] Clock offsets that are tried if bodies explain the wrench at that of the robust
+fit and at none in less than half of the recording: a fit of one body is misled by two."""
 NEGLIGIBLE_OFFSET = 0.02
 """[s] Clock offset above which it is tried whether none explains more."""
 MARGIN = 0.05

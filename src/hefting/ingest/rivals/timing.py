@@ -65,8 +65,8 @@ def explain_clock_rate(case: Case) -> Explanation | None:
 
 
 def _times(case: Case, rate: Array | float, offset: Array | float) -> Array:
-    """Times of the poses at the wrench's samples (..., K) [s], of which the first or last
-    stands for those beyond, as evidence is of the same samples."""
+    """Times of the poses at the wrench's samples (..., K) [s], within those
+    of the path: all samples count."""
     middle = 0.5 * (case.time[0] + case.time[-1])
     since = case.time - middle
     rates, offsets = np.asarray(rate)[..., None], np.asarray(offset)[..., None]
