@@ -19,6 +19,7 @@ import pytest
 
 from commands import refused
 from hefting.cli.report.live import fitting, line_of
+from hefting.core.errors import InputError
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.identification import identify
@@ -222,6 +223,23 @@ def test_a_record_that_cannot_be_written_leaves_the_answer(
     assert "No space left" in err
     assert same(json.loads(out.splitlines()[-1]), identified(run, log))
     assert json.loads(found.read_text())["mass"] > 0.0
+
+
+@pytest.mark.usefixtures("_here")
+@pytest.mark.parametrize("form", [(), ("--json",)])
+def test_an_output_that_cannot_be_written_leaves_the_answer(
+    run, log, monkeypatch, form
+):
+    """As the stream cannot be repeated."""
+
+    def full(*_):
+        raise InputError("cannot be written (No space left on device)", "a.json")
+
+    monkeypatch.setattr("hefting.cli.live.write", full)
+    status, out, err = run("live", log, "--speed", "100", "--output", "a.json", *form)
+    assert (status, "No space left" in err) == (2, True)
+    last = out.splitlines()[-1]
+    assert json.loads(last)["mass"] > 0.0 if form else "verdict: good" in out
 
 
 def test_a_pipe_is_read_to_its_end(recording, log, run):

@@ -8,10 +8,12 @@ import pytest
 
 from changing_cells import random_cells
 from hefting.ingest.changes.bodies import (
+    LARGEST_LAG,
     JointModel,
     autocorrelation,
     bias_columns,
     drift_degrees,
+    lag_column,
     log_ratio,
     variance_of_any_linear_function,
 )
@@ -62,16 +64,18 @@ def test_a_joint_fit_is_least_squares_of_all_rows_and_the_prior():
     cells = replace(cells, scale=np.array((1.0, 2.0)))
     intervals = [(0, 20), (20, 40), (40, 55), (55, 80)]
     found = JointModel(cells, intervals, drift=2).fit([3, -1, 7, 3])
-    columns = np.zeros((80, 6, 32))
+    columns = np.zeros((80, 6, 33))
     columns[40:55, :, 10:20] = cells.regressor[40:55]
     for part in (slice(0, 20), slice(55, 80)):
         columns[part, :, :10] = cells.regressor[part]
-    columns[:, :, 20:] = bias_columns(cells, 2)
+    columns[:, :, 20:32] = bias_columns(cells, 2)
+    columns[:, :, 32:] = lag_column(cells, intervals)
     of_body = [1.0 / 30.0] + [1.0 / 5.0] * 3 + [1.0 / 2.0] * 6
-    prior = np.diag([*of_body, *of_body, *[1 / 50.0] * 6, *[1 / 5.0] * 6])
+    of_bias = [*[1 / 50.0] * 6, *[1 / 5.0] * 6]
+    prior = np.diag([*of_body, *of_body, *of_bias, 1 / LARGEST_LAG])
     used = np.r_[0:20, 40:80]
-    A = np.vstack((columns[used].reshape(-1, 32), prior))
-    b = np.append(cells.whitened[used].ravel(), np.zeros(32))
+    A = np.vstack((columns[used].reshape(-1, 33), prior))
+    b = np.append(cells.whitened[used].ravel(), np.zeros(33))
     solution = np.linalg.lstsq(A, b)[0]
     C = np.linalg.inv(A.T @ A)
     np.testing.assert_allclose(found.bodies.ravel(), solution[:20], atol=1e-7)
@@ -153,3 +157,17 @@ def test_any_linear_function_leaves_what_is_none():
     square = np.square(left).reshape(-1, 2, 3).sum(axis=(0, 2))
     found = variance_of_any_linear_function(twice)
     np.testing.assert_allclose(found, square / (3.0 * (200 - 16)), rtol=1e-6)
+
+
+def test_a_wrench_that_is_late_is_explained_as_one_that_is_not():
+    """By up to 0.03 s, as the fit of one body to two does not find the clock offset."""
+    cells = random_cells(np.random.default_rng(8), 200, change=100)
+    late = cells.wrench.copy()
+    for part in (slice(0, 100), slice(100, 200)):
+        rate = np.gradient(cells.wrench[part], cells.time[part], axis=0)
+        late[part] -= 0.03 * rate
+    intervals = [(0, 100), (100, 200)]
+    assert np.std(late - cells.wrench) > 3.0
+    for wrench in (cells.wrench, late):
+        fit = JointModel(replace(cells, wrench=wrench), intervals, drift=1).fit([0, 1])
+        assert fit.variance.max() < 1.5, fit.variance

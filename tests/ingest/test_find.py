@@ -14,6 +14,7 @@ from hefting.ingest.changes.find import (
     _events,
     _is_change,
     _is_contact,
+    _is_explained,
     _mass_is_open,
     _times,
     _touches,
@@ -139,6 +140,15 @@ def test_other_clock_offsets_are_tried_where_bodies_explain_little(
         left = iter([poor] * 10)
         found = _best_offset(cast(Any, None), cast(Any, robust), cast(Any, None))
         assert (found is None) is none
+
+
+def test_bodies_that_explain_less_than_half_of_a_recording_do_not_explain_it():
+    """As the rest may be the wrench at another clock offset, not a contact."""
+    for middle, explained in ((49, True), (51, False)):
+        model = SimpleNamespace(intervals=[(0, 100 - middle), (100 - middle, 100)])
+        found = assigned(2.9, model=model, labels=[0, NO_BODY])
+        assert _is_explained(found) is explained
+    assert not _is_explained(assigned(3.1, model=model, labels=[0, 0]))
 
 
 def test_nothing_is_told_where_no_stretch_lasts(monkeypatch):

@@ -6,7 +6,9 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from benchmarks.given import correct
 
+from given_cases import case_of
 from hefting.ingest.rivals import bias, timing, units
 from hefting.ingest.rivals.timing import _times
 
@@ -20,7 +22,7 @@ def asked(*_: Any, **__: Any) -> Any:
 
 
 def lasting(seconds: float, moves: bool = True, biased: bool = True) -> Any:
-    path = SimpleNamespace(moves=moves)
+    path = SimpleNamespace(moves=moves, first=0.0, last=10.0 + seconds)
     time = np.linspace(5.0, 5.0 + seconds, 40)
     return cast(Any, SimpleNamespace(time=time, path=path, biased=biased))
 
@@ -115,3 +117,11 @@ def test_accelerations_go_with_the_inverse_square_of_the_unit(monkeypatch):
     found = units._with_time_in(cast(Any, None), 4.0)(cast(Any, motion))
     np.testing.assert_array_equal(found.a, 1.0 / 16.0)
     np.testing.assert_array_equal(found.rest, 1.0 / 8.0)
+
+
+def test_another_clock_leaves_no_sample_out():
+    """Those beyond the last pose had not counted, so that what was grasped at the end of
+    a recording had been a clock that is 5 % fast."""
+    case = case_of(correct(0))
+    fitted, _ = timing._fit(case, 0.05, 0.3, None)
+    assert (fitted.weights[fitted.best] > 0.0).all()

@@ -536,22 +536,26 @@ def test_the_final_answer_is_of_all_samples_whatever_was_asked_for(clean):
     assert estimate.half_widths["mass"] < 1.05 * said[-1].estimate.half_widths["mass"]
 
 
-def test_a_hand_that_is_only_lifted_shows_that_it_is_empty(clean):
-    """Its acceleration tells 0 kg from the object's; the answer had been of some body of
-    the bias, not to be used."""
+@pytest.mark.parametrize(("lift", "sign"), [(0.15, 1.0), (0.0, 1.0), (0.0, -1.0)])
+def test_a_hand_that_is_only_lifted_or_rests_shows_that_it_is_empty(clean, lift, sign):
+    """Its acceleration tells 0 kg from the object's, or its force is the bias that was
+    found with that; the answer had been of some body of the bias, not to be used."""
     time = np.arange(0.0, 1.4, 0.01)
     u = np.clip(time - 0.2, 0.0, 1.0)
     noise = np.random.default_rng(1).normal(size=(len(time), 12))
     noise *= np.repeat((1e-4, 2e-4, 0.05, 0.003), 3)
-    height = 0.15 * u**3 * (10 - 15 * u + 6 * u**2)
+    height = lift * u**3 * (10 - 15 * u + 6 * u**2)
     turn = Rotation.from_rotvec(noise[:, 3:6])
+    bias = np.array((1.0, -2.0, 5.0, 0.1, 0.0, 0.2))
     streams = {
         "position": noise[:, :3] + height[:, None] * (0.0, 0.0, 1.0),
         "orientation": turn.as_quat(),
-        "wrench": noise[:, 6:] + (1.0, -2.0, 5.0, 0.1, 0.0, 0.2),
+        "wrench": noise[:, 6:] + bias,
     }
     recording = {k: hefting.Stream(time, v) for k, v in streams.items()}
     held = clean[1].estimate
+    if not lift:
+        held = replace(held, bias=sign * bias)
     now = LiveEstimate(1.4, "too little motion", object=2, previous=held)
     last = final_estimate(now, [recording], Settings(), 0.0)
     assert (last.state, last.object, last.estimate) == ("nothing held", 1, held)

@@ -85,6 +85,26 @@ def test_another_object_begins_a_curve_of_its_own(view, estimates):
     assert "object 2" in view.text.content
 
 
+def test_curves_begin_with_a_number_and_no_object_is_drawn_without_an_estimate(
+    view, estimates
+):
+    """After an empty hand the curves had begun with NaN, and the plots were blank; what had
+    been put down was drawn on."""
+    from dataclasses import replace
+
+    known = [replace(e, object=2) for e in estimates if e.estimate is not None]
+    shown(view, known)
+    assert all(
+        np.isfinite(np.array(h.data)[:, 0]).all() for h in view.intervals.handles
+    )
+    assert view.drawing is not None
+    nodes = view.drawing._nodes
+    assert nodes["estimate/com"].visible
+    empty = replace(known[-1], state="too little motion", estimate=None, object=3)
+    shown(view, [replace(empty, time=empty.time + 0.1)])
+    assert not nodes["estimate/com"].visible
+
+
 def test_curves_of_another_clock_begin_anew(view, estimates):
     """Set back by an hour, they had gone backwards, and the wrench had stood still; the
     digits of a wall clock do not fit beside one another."""

@@ -130,7 +130,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_results(parser: argparse.ArgumentParser) -> None:
-    """Options on the final answer."""
     from hefting.export import SUFFIXES, TARGETS
     from hefting.logs.registry import join_words
 
@@ -144,7 +143,6 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_reading(group: argparse._ActionsContainer) -> None:
-    """Options on the conventions of the stream."""
     add_wrench(group, "auto, none, estimate or a JSON file")
     add_gravity(group)
     add_sensor_accuracy(group)
@@ -260,7 +258,11 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
     estimate = found.estimate
     assert estimate is not None
     flange = pose_of(a.sensor_pose_in_flange)
-    written = write(wanted(a, estimate), estimate, flange, a.accept, fill)
+    written, failure = [], None
+    try:
+        written = write(wanted(a, estimate), estimate, flange, a.accept, fill)
+    except InputError as error:  # raised once the answer is shown: the stream is over
+        failure = error
     method = estimate.method
     if a.json:
         print_object(found)
@@ -270,6 +272,8 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
                 say(render(message))
         results = Results({method: estimate}, method, None, None, {}, written)
         print_results(results, render, a.verbose)
+    if failure is not None:
+        raise failure
     if a.export_to:
         exported = export(
             estimate,
@@ -303,7 +307,6 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 
 def _request(a: argparse.Namespace) -> "Request":
-    """The options of the source."""
     from hefting.request.settings import recording_of
     from hefting.sources import Request
 
@@ -327,12 +330,10 @@ def _request(a: argparse.Namespace) -> "Request":
 
 
 def _is_live(source: str) -> bool:
-    """Whether a source is live, not a log."""
     return "://" in source or source == "-"
 
 
 def _settings(a: argparse.Namespace) -> dict[str, Any]:
-    """Arguments of the live identifier."""
     settings = hyperparameters_of(a)
     settings |= {"gravity": gravity_of(a), "sign": a.wrench, "rate": a.rate}
     bias = bias_of(a.bias)

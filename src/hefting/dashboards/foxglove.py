@@ -92,7 +92,6 @@ def _writer(stream: BinaryIO) -> "Iterator[Context]":
 
 
 def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
-    """Times of messages [ns] from times of a recording [s]."""
     from hefting.logs.ros.writing import EPOCH
 
     stamps = EPOCH + np.rint((time - recording.start) * 1e9).astype(np.int64)
@@ -113,7 +112,6 @@ def _recorded_lines(
 
 
 def _rows(group: "Messages", store: Any, send: Callable[..., None]) -> Iterator[Line]:
-    """The messages of one topic, serialised a block at a time."""
     for first in range(0, len(group.time), BLOCK):
         part = slice(first, first + BLOCK)
         fields = {name: values[part] for name, values in group.fields.items()}
@@ -149,7 +147,6 @@ def _frame_lines(recording: Recording, context: "Context") -> Iterator[Line]:
 
 
 def _scene_lines(replay: Replay, context: "Context") -> Iterator[Line]:
-    """The object, once, in the moving frame of the sensor."""
     from foxglove.channels import PointCloudChannel, SceneUpdateChannel
 
     entities = _entities(replay)

@@ -300,7 +300,6 @@ class Watch:
 
 
 def _rests(gravity: Array) -> bool:
-    """Whether gravity (K, 3) keeps its direction in sensor axes."""
     change = np.abs(gravity - gravity[-1]).max()
     return bool(change <= REST * np.linalg.norm(gravity[-1]))
 

@@ -148,7 +148,6 @@ def without_spikes(known: Understanding, z: Measurements) -> Measurements:
 
 
 def _since(motion: Motion, begin: float) -> Motion:
-    """The samples after `begin` [s], as views."""
     return motion[int(np.searchsorted(motion.time, begin, side="right")) :]
 
 

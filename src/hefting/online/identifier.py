@@ -308,7 +308,6 @@ class LiveIdentifier:
                 self._changed.notify_all()
 
     def _wait_for_samples(self) -> None:
-        """Wait for the next samples, up to `LONGEST_WAIT`."""
         self._came.clear()
         if not self._stop.is_set():
             self._came.wait(LONGEST_WAIT)
@@ -355,7 +354,6 @@ def _settings(
     method: Any,
     hyperparameters: dict[str, Any],
 ) -> Settings:
-    """The user's settings, checked as far as possible before any sample."""
     if sign not in ("auto", "on-object", "on-sensor"):
         raise InputError(
             f"unknown sign '{sign}'", "live", "use auto, on-object or on-sensor"

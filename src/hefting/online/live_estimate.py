@@ -175,17 +175,21 @@ def state_of(estimate: Estimate) -> LiveStateName:
 
 
 def _is_empty(z: Measurements, before: Estimate | None) -> bool:
-    """Whether the force, up to a constant, is that of no body compared with the object
-    `before`, although the motion would show one."""
+    """Whether the force is that of no body compared with the object `before`: the bias
+    found with that, of either sign, or constant where the motion would show a body."""
     if before is None or not len(z):
         return False
     load = z.linear_acceleration - z.gravity
+    least = UNSEEN_SHARE * before.mass
+    bias = np.zeros(6) if before.common_bias is None else before.common_bias
+    apart = np.median(z.force, axis=0) - np.outer((1.0, -1.0), bias[:3])
+    weight = least * float(np.linalg.norm(load, axis=1).mean())
+    if np.linalg.norm(apart, axis=1).min() < weight:
+        return True
     load, force = load - load.mean(axis=0), z.force - z.force.mean(axis=0)
     spread = float(np.square(load).sum())
     shows = spread > len(z) * LEAST_SPREAD**2
-    return (
-        shows and abs(float((load * force).sum())) < UNSEEN_SHARE * before.mass * spread
-    )
+    return shows and abs(float((load * force).sum())) < least * spread
 
 
 def _of_object_before(last: LiveEstimate, since: float | None) -> LiveEstimate:

@@ -69,7 +69,6 @@ class Pipeline:
         self._forget = False
 
     def _start_anew(self) -> None:
-        """Forget what was understood."""
         self._known: deque[Understanding] = deque(maxlen=4)
         self._obstacle: Message | None = None
         self._follower: Follower | None = None
@@ -184,7 +183,6 @@ class Pipeline:
             )
 
     def _look_for_change(self) -> None:
-        """Check whether new samples are of the understood object."""
         # old enough not to include another object
         reference = self._understood_by(self.history.latest - REFERENCE_AGE)
         if reference is None or reference.expected is None:

@@ -89,7 +89,6 @@ class Series:
         return Stream(self.time[first:last], self.values[first:last])
 
     def _insert(self, time: Array, values: Array) -> None:
-        """Add samples of a slow stream in order of time, each stamp once."""
         if len(self.time) and self.values.shape[1] != values.shape[1]:
             self._count("of another width", len(time))
             return
@@ -101,13 +100,11 @@ class Series:
             self.time, self.values = self._ordered(self.time, self.values)
 
     def _ordered(self, time: Array, values: Array) -> tuple[Array, Array]:
-        """Samples in order of time, each stamp once; repeated ones are counted."""
         kept = in_order(time)
         self._count("repeated", len(time) - len(kept))
         return time[kept], values[kept]
 
     def _judge_rate(self) -> None:
-        """Decide whether to average the stream, and average the present samples."""
         self._fast = bool(np.median(np.diff(self.time)) < 1.0 / FAST)
         if not self._fast:
             return
@@ -117,7 +114,6 @@ class Series:
         self._add_fast(time, values)
 
     def _add_fast(self, time: Array, values: Array) -> None:
-        """Add samples of a fast stream that are later than all before."""
         if not len(time):
             return
         if values.shape[1] != self._open_values.shape[1]:

@@ -203,7 +203,6 @@ class Understander:
         )
 
     def _condense(self, recording: Recording) -> None:
-        """Condense an older part, unless it contains nothing."""
         if not long_enough(recording):
             return
         settings = {k: v for k, v in self._hyperparameters.items() if k != "until"}
@@ -239,7 +238,6 @@ def _changed(found: Ingested) -> float | None:
 
 
 def _mean_weight(found: Ingested) -> float:
-    """Mean weight of the samples by the errors of their motion."""
     motion = found.motion
     if motion is None or found.source == "orientation" or len(motion.time) < 2:
         return 1.0
@@ -265,7 +263,6 @@ def _filter(recording: Recording) -> PoseFilter | None:
 
 
 def _too_little(found: Ingested, message: Message) -> InputError:
-    """A message that the motion does not suffice, and what is open."""
     seen = identifiability(found.excitation, found.beside_bias, TYPICAL_SIZE)
     what = "; ".join(seen.summary) or str(message)
     return NotIdentifiableError(what, fix="turn the sensor to other orientations")

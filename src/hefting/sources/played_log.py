@@ -75,7 +75,6 @@ class PlayedLog(NamedSource):
         """Do nothing: no resource is held."""
 
     def _due(self) -> float:
-        """Time of the recording up to which samples are due [s]."""
         assert self._recording is not None
         if np.isinf(self._request.speed):
             return float(self._done + STEP)
@@ -85,7 +84,6 @@ class PlayedLog(NamedSource):
 
 
 def _between(recording: Recording, after: float, until: float) -> list[Samples]:
-    """Samples later than `after` and not later than `until` [s]."""
     found: list[Samples] = []
     for name, stream in recording.streams.items():
         first, last = np.searchsorted(stream.time, (after, until), side="right")

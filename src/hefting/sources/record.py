@@ -226,7 +226,6 @@ class _File:
         self._check()
 
     def _check(self) -> None:
-        """`InputError` where something could not be written."""
         if self._output.error is not None:
             raise self._error(self._output.error)
 
@@ -235,7 +234,6 @@ class _File:
 
 
 def _joined(parts: list[Samples]) -> Stream:
-    """Samples in order of arrival, without those of another width than the first."""
     width = parts[0].values.shape[1]
     same = [part for part in parts if part.values.shape[1] == width]
     time = np.concatenate([part.time for part in same])

@@ -153,7 +153,6 @@ class RosDecoder:
         return self._give(streams)
 
     def _pin(self, gathered: Sequence[Gathered], pose: Gathered | None) -> None:
-        """Restrict later batches to the chosen topics."""
         for role in ROLES:
             own = [g.topic.name for g in gathered if g.role == role and g.series]
             self._named[role] = own[0] if own else "none"

@@ -101,12 +101,14 @@ class LiveView:
             if found.estimate is not None:
                 time = found.time - self._start
                 self.intervals.add(time, found.object, found.estimate)
+            if found.estimate is not None or self.drawing is not None:
                 self._draw_object(found.estimate)
         self.shown = found
 
-    def _draw_object(self, estimate: Estimate) -> None:
-        masses = estimate.point_masses is not None and self.shape is not None
-        scene = scene_of({"estimate": estimate}, self.shape, masses=masses)
+    def _draw_object(self, estimate: Estimate | None) -> None:
+        masses = None if estimate is None else estimate.point_masses
+        with_masses = masses is not None and self.shape is not None
+        scene = scene_of({"estimate": estimate}, self.shape, masses=with_masses)
         if self.drawing is None:
             self.drawing = ObjectDrawing(self.server.scene, scene)
             self._aim(scene.corners, self.drawing.size)
@@ -166,7 +168,10 @@ class Intervals:
         values = np.array(self._rows)
         values[~np.isfinite(values)] = np.nan
         for k, handle in enumerate(self.handles):
-            handle.data = (values[:, 0], *values[:, 1 + 3 * k : 4 + 3 * k].T)
+            curves = values[:, 1 + 3 * k : 4 + 3 * k]
+            # uPlot draws nothing if a curve begins with NaN
+            first = int(np.argmax(np.isfinite(curves).all(axis=1)))
+            handle.data = (values[first:, 0], *curves[first:].T)
 
 
 class RecentWrench:

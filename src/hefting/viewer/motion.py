@@ -68,7 +68,6 @@ class ArmDrawing:
             self.lines.points = self._segments(index)
 
     def _segments(self, index: int) -> np.ndarray:
-        """Ends (n, 2, 3) [m] of the lines at a frame."""
         origins = self.position[index]
         ends = np.stack((origins[self._bearers], origins[self._bare]), axis=1)
         return np.asarray(ends, dtype=np.float32)

@@ -2,7 +2,7 @@
 explains the wrench.
 
 To find contacts, every interval has a body of its own, which is eliminated from its normal
-equations. Those of the bias, which all intervals share, are then sums over the intervals
+equations. Those of bias and lag, which all intervals share, are then sums over the intervals
 with a body, so that all choices of contacts are compared at once.
 """
 
@@ -19,7 +19,7 @@ from hefting.ingest.changes.bodies import (
     JointModel,
     autocorrelation,
     log_ratio,
-    ridge_of_bias,
+    ridge_of_shared,
 )
 from hefting.ingest.changes.cells import (
     LARGEST_PARAMETERS,
@@ -191,7 +191,8 @@ def _with_a_contact(held: Mask) -> Mask:
 
 
 class SeparateBodies:
-    """Least squares with a body of its own in each of L intervals, and a common bias."""
+    """Least squares with a body of its own in each of L intervals, and a common bias
+    and lag."""
 
     def __init__(self, model: JointModel) -> None:
         self.lengths = model.lengths
@@ -199,7 +200,7 @@ class SeparateBodies:
         p, each = PARAMETERS, model.grams
         both = each.sum(axis=1)
         own = both[:, :p, :p] + np.diag(LARGEST_PARAMETERS**-2.0)
-        # the bodies by the bias and one: what they are without it in the last column
+        # the bodies by bias, lag and one: what they are without them in the last column
         bodies = np.linalg.solve(own, both[:, :p, p:])
         L, _, D = bodies.shape
         residual = np.zeros((L, p + D, D))
@@ -207,13 +208,13 @@ class SeparateBodies:
         residual[:, p:] = -np.eye(D)
         residual[:, :, -1] *= -1.0
         self.grams = np.swapaxes(residual, 1, 2)[:, None] @ each @ residual[:, None]
-        """(L, 2, D, D) of the residuals of force and torque, by the bias and one"""
+        """(L, 2, D, D) of the residuals of force and torque, by bias, lag and one"""
         left = both[:, p:, p:] - np.swapaxes(both[:, :p, p:], 1, 2) @ bodies
         self.normal, self.right = left[:, :-1, :-1], left[:, :-1, -1]
-        """what each interval adds to the normal equations of the bias"""
+        """what each interval adds to the normal equations of bias and lag"""
         self.spent = np.trace(np.linalg.solve(own, both[:, :p, :p]), axis1=1, axis2=2)
         """(L,) equations that the bodies' own unknowns take, of force and torque"""
-        self.ridge = np.diag(ridge_of_bias(model.drift))
+        self.ridge = np.diag(ridge_of_shared(model.drift))
 
     def costs(self, held: Mask, reference: float) -> Array:
         """(N,) minus twice the log-likelihood of each choice `held` (N, L) of intervals
@@ -224,8 +225,8 @@ class SeparateBodies:
         chosen = held.astype(float)
         normal = (chosen @ self.normal.reshape(L, -1)).reshape(N, D, D) + self.ridge
         inverse = np.linalg.inv(normal)
-        bias = (inverse @ (chosen @ self.right)[:, :, None])[:, :, 0]
-        x = np.column_stack((bias, np.ones(N)))
+        common = (inverse @ (chosen @ self.right)[:, :, None])[:, :, 0]
+        x = np.column_stack((common, np.ones(N)))
         squares = np.einsum("ni,lgij,nj->nlg", x, self.grams, x, optimize=True)
         shared = self.grams.sum(axis=1)[:, :-1, :-1].reshape(L, -1)
         spent = self.spent + inverse.reshape(N, -1) @ shared.T

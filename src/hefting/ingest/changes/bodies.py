@@ -1,5 +1,5 @@
 """Bodies: a joint fit of several bodies, each in intervals of its own, beside one bias
-that drifts smoothly.
+that drifts smoothly and what is left of the clock offset.
 
 The normal equations are composed of those of the intervals, so that another assignment
 of bodies to intervals costs one small solution.
@@ -32,6 +32,9 @@ are searched for: up to third degree. There is one more for each distance betwee
 of the later drift."""
 MOST_DRIFT_FUNCTIONS = 12
 """Largest number of these polynomials."""
+LARGEST_LAG = 0.03
+"""[s] Standard deviation of the clock offset that is left, as a fit of one body misses
+that of several: about half the distance of `hefting.ingest.changes.find.OFFSETS`."""
 LONGEST_CORRELATION = 20.0
 """[cells] Upper bound of the autocorrelation time."""
 
@@ -61,9 +64,19 @@ def bias_columns(cells: Cells, drift: int) -> Array:
     return columns.reshape(len(time), 6, 6 * drift)
 
 
-def ridge_of_bias(drift: int) -> Array:
-    """(6 drift,) inverse variances of the prior of the bias."""
-    return np.repeat(LARGEST_BIAS**-2.0, drift)
+def ridge_of_shared(drift: int) -> Array:
+    """(6 drift + 1,) inverse variances of the prior of the bias and of the lag."""
+    return np.append(np.repeat(LARGEST_BIAS**-2.0, drift), LARGEST_LAG**-2.0)
+
+
+def lag_column(cells: Cells, intervals: list[Interval]) -> Array:
+    """(M, 6, 1) change [1/s] of the whitened wrench by a lag; zero outside the
+    intervals, at whose ends the wrench may step."""
+    column = np.zeros((len(cells), 6, 1))
+    for begin, end in intervals:
+        wrench, time = cells.whitened[begin:end], cells.time[begin:end]
+        column[begin:end, :, 0] = -np.gradient(wrench, time, axis=0)
+    return column
 
 
 @immutable
@@ -114,6 +127,7 @@ class JointModel:
             (
                 cells.regressor,
                 bias_columns(cells, self.drift),
+                lag_column(cells, intervals),
                 cells.whitened[:, :, None],
             ),
             axis=2,
@@ -139,16 +153,15 @@ class JointModel:
         the bodies are in the order of their labels."""
         names = sorted({label for label in labels if label >= 0})
         n, p = len(names), PARAMETERS
-        bias = np.arange(n * p, n * p + 6 * self.drift)
+        ridge = ridge_of_shared(self.drift)
+        shared = n * p + np.arange(len(ridge))
         places = [
             None
             if label < 0
-            else np.append(names.index(label) * p + np.arange(p), bias)
+            else np.append(names.index(label) * p + np.arange(p), shared)
             for label in labels
         ]
-        prior = np.append(
-            np.tile(LARGEST_PARAMETERS**-2.0, n), ridge_of_bias(self.drift)
-        )
+        prior = np.append(np.tile(LARGEST_PARAMETERS**-2.0, n), ridge)
         normal, right = np.diag(prior), np.zeros(len(prior))
         for gram, at in zip(self.grams, places, strict=True):
             if at is not None:
@@ -268,7 +281,7 @@ def _one_body(cells: Cells) -> tuple[Array, Array, Array]:
     drift = drift_degrees(cells)
     columns = np.concatenate((cells.regressor, bias_columns(cells, drift)), axis=2)
     flat = columns.reshape(-1, columns.shape[2])
-    ridge = np.concatenate((LARGEST_PARAMETERS**-2.0, ridge_of_bias(drift)))
+    ridge = np.append(LARGEST_PARAMETERS**-2.0, ridge_of_shared(drift)[:-1])
     normal = flat.T @ flat + np.diag(ridge)
     solution = np.linalg.solve(normal, flat.T @ cells.whitened.ravel())
     residual = cells.whitened.ravel() - flat @ solution

@@ -59,8 +59,8 @@ change unless it is far lighter: a hand's tremor there had been slips of 15 mm."
 SHORTEST_STRETCH = 1.5
 """[s] Shortest duration of the longest stretch for changes to be reported."""
 OFFSETS = (0.05, -0.05, 0.1, -0.1, 0.15, 0.2, 0.25, 0.3)
-"""[s] Clock offsets that are tried if bodies explain the wrench neither at that of the
-robust fit nor at none: a fit of one body is misled by two."""
+"""[s] Clock offsets that are tried if bodies explain the wrench at that of the robust
+fit and at none in less than half of the recording: a fit of one body is misled by two."""
 NEGLIGIBLE_OFFSET = 0.02
 """[s] Clock offset above which it is tried whether none explains more."""
 MARGIN = 0.05
@@ -106,7 +106,7 @@ def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment
     if found.problem.path.moves:
         others = [0.0] if abs(found.fit.offset) > NEGLIGIBLE_OFFSET else []
         best = _better(best, samples, found, others)
-        if best is None or best.variance > EXPLAINED_VARIANCE:
+        if best is None or not _is_explained(best):
             best = _better(best, samples, found, list(OFFSETS))
     if best is None or best.variance > POORLY_EXPLAINED_VARIANCE:
         return None
@@ -124,6 +124,12 @@ def _better(
         ):
             best = other
     return best
+
+
+def _is_explained(assignment: Assignment) -> bool:
+    """Whether bodies explain the wrench in half of the recording or more."""
+    poor, with_body = _unexplained(assignment)
+    return not poor and -with_body >= 0.5 * float(np.ptp(assignment.cells.time))
 
 
 def _unexplained(assignment: Assignment) -> tuple[bool, float]:

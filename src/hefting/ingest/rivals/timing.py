@@ -65,11 +65,13 @@ def explain_clock_rate(case: Case) -> Explanation | None:
 
 
 def _times(case: Case, rate: Array | float, offset: Array | float) -> Array:
-    """Times of the poses at the wrench's samples (..., K) [s]."""
+    """Times of the poses at the wrench's samples (..., K) [s], within those
+    of the path: all samples count."""
     middle = 0.5 * (case.time[0] + case.time[-1])
     since = case.time - middle
     rates, offsets = np.asarray(rate)[..., None], np.asarray(offset)[..., None]
-    return middle + since * (1.0 + rates) - offsets
+    times = middle + since * (1.0 + rates) - offsets
+    return times.clip(case.path.first, case.path.last)
 
 
 def _coarse(case: Case) -> tuple[float, float]:
