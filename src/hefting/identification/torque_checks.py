@@ -113,8 +113,8 @@ def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]
     clear = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
     if not clear:
         what = (
-            "the URDF's arm cannot show the torques' unit: it moves too little, or its "
-            "own torques are subtracted"
+            "the URDF's arm cannot show the torques' unit: it moves too little, has no "
+            "inertias, or its own torques are subtracted"
         )
         return [note("torque-unit-untold", what)]
     far = [share for share in clear if not UNIT[0] < share < UNIT[1]]
@@ -222,6 +222,11 @@ def of_arm(
 ) -> list[Message]:
     """A message if the arm that was assumed may be another one; `each` is that of
     `LoadedRuns.alone`."""
+    if runs.arm_known and not runs.dynamics.arm.any():
+        what = (
+            "the URDF has no inertias, so the arm's weight is taken for the payload's"
+        )
+        return [error("arm-unknown", f"{what}: record an empty run (`empty`)", "empty")]
     if runs.arm_known:
         what = (
             "the arm's inertias are those of the URDF: with a published arm a mass of "
@@ -282,6 +287,8 @@ def of_torques(message: str, fit: TorqueFit) -> str:
 
 def cause_of_no_load(fit: TorqueFit) -> str:
     """Why no load is significant, by the mass of least squares."""
+    if len(fit.common) == PAYLOAD:
+        return "the URDF's inertias tell too little: record an empty run (`empty`)"
     mass, std = float(fit.common[-PAYLOAD]), float(fit.covariance[0, 0]) ** 0.5
     if not std < TYPICAL_PAYLOAD[0]:
         return "they hardly determine it: move faster, and shoulder and elbow too"
