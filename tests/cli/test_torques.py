@@ -138,6 +138,19 @@ def test_a_calibration_says_what_it_took_out(folder, run, tmp_path):
     assert refused(run(*loaded, "--empty", empty), "given twice")
 
 
+def test_columns_by_other_names_are_told_once(folder, run, tmp_path):
+    """Each stream of each log had been a warning of its own, too."""
+    for name in ("empty", "loaded"):
+        lines = (folder / f"{name}.csv").read_text().splitlines(keepends=True)
+        head = re.sub(r"\bq(\d)", r"position_\1", lines[0])
+        head = re.sub(r"\btau(\d)", r"effort_\1", head)
+        (tmp_path / f"{name}.csv").write_text("".join([head, *lines[1:]]))
+    loaded, empty = (str(tmp_path / f"{name}.csv") for name in ("loaded", "empty"))
+    status, found = answer(run, command(folder, loaded, "--empty", empty))
+    assert status == 0
+    assert [each["code"] for each in found["messages"]] == ["columns-by-name"]
+
+
 def test_rows_that_a_logger_lost_are_given_their_time(folder, run, tmp_path):
     """Two of a hundred, with time made of the row number, had put masses up to 15 %
     wrong."""

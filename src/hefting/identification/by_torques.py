@@ -288,12 +288,13 @@ def calibrate_arm(
 
 def _log_messages(recordings: Sequence[Recording]) -> list[Message]:
     lines = (each for log in recordings for each in (*log.warnings, *log.notes))
-    return [each for each in lines if isinstance(each, Message)]
+    return [each for each in dict.fromkeys(lines) if isinstance(each, Message)]
 
 
 def _cleaned(recording: Recording) -> Recording:
     """The recording without spikes and repeated rows, with times corrected for bunches
-    and lost rows."""
+    and lost rows; its notes are on this alone, not on how it was read."""
+    recording = replace(recording, notes=())
     return without_held(with_mended_times(without_spikes(recording)))
 
 
