@@ -238,7 +238,7 @@ def changed(folder: Path, tmp_path: Path, name: str, change) -> str:
     [
         (lambda t, q, tau: (t, q, 1e3 * tau), "in N m"),
         (lambda t, q, tau: (t, q, -tau), "the other sign"),
-        (lambda t, q, tau: (t, np.degrees(q), tau), "in degrees"),
+        (lambda t, q, tau: (t, np.degrees(q), tau), "name the columns 'q1 [deg]'"),
         (lambda t, q, tau: (1e3 * t, q, tau), "in milliseconds"),
         (lambda t, q, tau: (t, q, tau * (1, 1, 1, 1, 1, 0)), "of joint6 never changes"),
     ],
@@ -361,7 +361,7 @@ def test_bad_input_is_one_line(folder, run, tmp_path):
         assert refused(run(*command(folder, *words)), "is given twice")
     again = ("--empty", empty, "--empty", str(copied))
     assert refused(run(*command(folder, loaded, *again)), "copied.csv: is given twice")
-    once = "as the `arm`; give each recording once\n"
+    once = "as the --arm; give each recording once\n"
     assert run(*command(folder, loaded, *again))[2].endswith(once)
     assert refused(run("identify", loaded, "--torques"), "--urdf")
     assert refused(run("identify", loaded, "--empty", empty), "--torques")

@@ -73,7 +73,7 @@ def require_arms_torques(
     joint's torque that never changes, and for torques of another unit or sign than the
     URDF's arm needs."""
     for doubt in angle_doubts(samples.position, dynamics.robot):
-        raise InputError(str(doubt), source)
+        raise InputError(str(doubt), source, "if so, name the columns 'q1 [deg]' ...")
     speed = np.abs(samples.velocity).max()
     if speed < STICTION_SPEED:
         raise InputError(
