@@ -182,9 +182,8 @@ def link_errors(dynamics: JointDynamics) -> Array:
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
     """A warning of gains given for recorded torques, except a UR driver's."""
-    if gains is None or not recording.has("joint_torques") or np.all(gains == 1.0):
-        return []
-    if UR_JOINT in recording.joint_names:
+    is_torque = recording.has("joint_torques") and UR_JOINT not in recording.joint_names
+    if gains is None or not is_torque or np.all(gains == 1.0):
         return []
     what = (
         f"{recording.source} says torque, which was multiplied by `torque_gains`: leave "
@@ -223,10 +222,8 @@ def of_arm(
     """A message if the arm that was assumed may be another one; `each` is that of
     `LoadedRuns.alone`."""
     if runs.arm_known and not runs.dynamics.arm.any():
-        what = (
-            "the URDF has no inertias, so the arm's weight is taken for the payload's"
-        )
-        return [error("arm-unknown", f"{what}: record an empty run (`empty`)", "empty")]
+        what = "the URDF has no inertias: record an empty run (`empty`)"
+        return [error("arm-unknown", what, "empty")]
     if runs.arm_known:
         what = (
             "the arm's inertias are those of the URDF: with a published arm a mass of "

@@ -9,9 +9,9 @@ and payload at that scale, orthogonal to the joint's nuisances,
     cov = G^+ (sum_jl v_jl / sigma_j⁴ Z_jl' Z_jl + P) G^+,
     G = sum_jl Z_jl' Z_jl / sigma_j² + P
 
-as for the wrench (`hefting.estimators.bayes.colour`), with P the same product of the rows
-of the nuisances' prior, whose variance is one. The residuals of a scale have its
-rows less the share of the unknowns as degrees of freedom.
+as for the wrench (`hefting.estimators.bayes.colour`), with P the same product of the
+prior's rows. The residuals of a scale have its rows less the share of the unknowns as
+degrees of freedom.
 """
 
 from collections.abc import Callable

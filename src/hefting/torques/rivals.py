@@ -31,7 +31,7 @@ LEAST_GAIN = np.array((0.5, 0.25))
 believed. In 99 correct recordings, simulated and real, the first decreased by at most
 0.04; in 36 with a mistake, two of them with 0.01 kg m about the last joint, by at least
 1.2. With joints that move one at a time an exchange may decrease the first by 1.3
-without a mistake: in 40 such, one of the two reached at most 0.9 of its bound."""
+without a mistake, but not both."""
 POSITIONS = ("position", "velocity", "acceleration")
 KINDS = ((*POSITIONS, "torque"), ("torque",), POSITIONS)
 """Fields of `TorqueSamples` that a mistake affects together."""
@@ -135,8 +135,8 @@ def _rivals(
             order[[i, j]] = j, i
             words = f"with the {what or 'joints '}{names[i]} and {names[j]} exchanged"
             yield _changed(recorded, runs, words, fields, order, np.ones(n))
-    # zeros of the first and the last joint show in no torque
-    turning = [j for j in same[1:-1] if dynamics.robot.limits[j] is not None]
+    # zeros of the first and last joint show in no torque
+    turning = [j for j in same[1:-1] if dynamics.robot.limits[j]]
     for j, angle in product(turning, ZEROS):
         by = np.radians(angle) * (same == j)
         turned = [replace(run, position=run.position + by) for run in runs]
