@@ -211,15 +211,16 @@ def test_noise_is_that_of_a_recording(run, arm, tmp_path):
 
 def test_torques_are_planned_for_with_their_noise(run, arm):
     pytest.importorskip("pinocchio")
-    given = (*TORQUES, "--torque-noise", "0.3", "--duration", 3, "--json")
+    given = (*TORQUES, "--torque-noise", "0.2", "--duration", 3, "--json")
     status, out, err = run(*words(arm, *given))
     assert (status, err) == (0, "")
     told = json.loads(out)
-    assert told["settings"]["noise"] == {"joint_torques": [0.3] * 6}
+    assert told["settings"]["noise"] == {"joint_torques": [0.2] * 6}
     assert "plan-empty-run-assumed" in {own["code"] for own in told["messages"]}
     before, *_, after = told["forecast"]["accuracy"]
     assert before["mass"] is None
-    # 0.3 N m at 0.5 m, of some 300 samples of a few joints, is 10 g of 1 kg
+    # 0.2 N m at 0.5 m, of some 300 samples of a few joints, is 7 g of 1 kg, beside
+    # offsets and friction that change by a fifth and all of it between the runs
     assert 0.002 < after["mass"] < 0.05
 
 

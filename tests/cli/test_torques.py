@@ -138,6 +138,19 @@ def test_a_calibration_says_what_it_took_out(folder, run, tmp_path):
     assert refused(run(*loaded, "--empty", empty), "given twice")
 
 
+def test_columns_by_other_names_are_told_once(folder, run, tmp_path):
+    """Each stream of each log had been a warning of its own, too."""
+    for name in ("empty", "loaded"):
+        lines = (folder / f"{name}.csv").read_text().splitlines(keepends=True)
+        head = re.sub(r"\bq(\d)", r"position_\1", lines[0])
+        head = re.sub(r"\btau(\d)", r"effort_\1", head)
+        (tmp_path / f"{name}.csv").write_text("".join([head, *lines[1:]]))
+    loaded, empty = (str(tmp_path / f"{name}.csv") for name in ("loaded", "empty"))
+    status, found = answer(run, command(folder, loaded, "--empty", empty))
+    assert status == 0
+    assert [each["code"] for each in found["messages"]] == ["columns-by-name"]
+
+
 def test_rows_that_a_logger_lost_are_given_their_time(folder, run, tmp_path):
     """Two of a hundred, with time made of the row number, had put masses up to 15 %
     wrong."""
@@ -225,7 +238,7 @@ def changed(folder: Path, tmp_path: Path, name: str, change) -> str:
     [
         (lambda t, q, tau: (t, q, 1e3 * tau), "in N m"),
         (lambda t, q, tau: (t, q, -tau), "the other sign"),
-        (lambda t, q, tau: (t, np.degrees(q), tau), "in degrees"),
+        (lambda t, q, tau: (t, np.degrees(q), tau), "name the columns 'q1 [deg]'"),
         (lambda t, q, tau: (1e3 * t, q, tau), "in milliseconds"),
         (lambda t, q, tau: (t, q, tau * (1, 1, 1, 1, 1, 0)), "of joint6 never changes"),
     ],
@@ -348,7 +361,7 @@ def test_bad_input_is_one_line(folder, run, tmp_path):
         assert refused(run(*command(folder, *words)), "is given twice")
     again = ("--empty", empty, "--empty", str(copied))
     assert refused(run(*command(folder, loaded, *again)), "copied.csv: is given twice")
-    once = "as the `arm`; give each recording once\n"
+    once = "as the --arm; give each recording once\n"
     assert run(*command(folder, loaded, *again))[2].endswith(once)
     assert refused(run("identify", loaded, "--torques"), "--urdf")
     assert refused(run("identify", loaded, "--empty", empty), "--torques")

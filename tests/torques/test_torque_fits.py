@@ -14,7 +14,7 @@ from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.wield import inverse_dynamics
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.equations import OWN, Rows, TorqueScales
+from hefting.torques.equations import OFFSET_CHANGE, OWN, Rows, TorqueScales
 from hefting.torques.noise import fit
 from hefting.torques.rivals import better_rival
 from hefting.torques.runs import EmptyRuns, drifting
@@ -104,6 +104,30 @@ def test_the_covariance_is_that_of_many_draws():
         found.append(own.common)
         said.append(np.sqrt(own.covariance.diagonal()))
     ratio = np.median(said, axis=0) / np.std(found, axis=0)
+    assert np.abs(np.median(ratio) - 1.0) < 0.15
+    assert ratio.min() > 0.7
+
+
+def test_the_covariance_allows_for_changes_of_the_offsets():
+    """By as much as their prior says, between a run without and one with the payload; by
+    the noise alone said standard deviations were half of those of the draws."""
+    rng = np.random.default_rng(5)
+    count, draws = 128, 120
+    values = np.zeros((count, 4, len(OWN) + 11))
+    values[..., 0], values[count // 2 :, :, OFFSET_CHANGE] = 1.0, 1.0
+    x = 0.1 * rng.standard_normal((count // 2, 4, 10))
+    values[count // 2 :, :, -11:-1] = x + rng.standard_normal((4, 10))
+    used = np.ones((count, 4), dtype=bool)
+    found, said = [], []
+    for _ in range(draws):
+        change = 0.02 * rng.standard_normal(4) * values[..., OFFSET_CHANGE]
+        values[..., -1] = change + 0.1 * rng.standard_normal((count, 4))
+        part = Rows(values.copy(), np.arange(count) / 100.0, used)
+        own = fit(TorqueScales.empty(4, len(OWN)).fold(part), drifting)
+        found.append(own.common)
+        said.append(np.linalg.eigvalsh(own.covariance))
+    want = np.linalg.eigvalsh(np.cov(np.transpose(found)))
+    ratio = np.sqrt(np.median(said, axis=0) / want)
     assert np.abs(np.median(ratio) - 1.0) < 0.15
     assert ratio.min() > 0.7
 

@@ -71,7 +71,7 @@ OPTIONS = {
         *("duration", "truth", "map", "urdf", "sensor_frame", "accept"),
         *("sensor_pose_in_flange", "sensor_pose_in_log", "sensor_turned"),
         *("output", "report", "into", "link", "fill_inertia", "torques"),
-        *("empty", "torque_gains", "tip", "estimate", "speed", "acceleration"),
+        *("empty", "arm", "torque_gains", "tip", "estimate", "speed", "acceleration"),
         *("jerk", "keep", "srdf", "rate", "sensor_range", "sensor_noise"),
         *("stop_and_go", "seed", "resume", "jobs"),
     )

@@ -61,9 +61,8 @@ from hefting.torques.suspects import Suspects, without_delay
 
 PUBLISHED_ERROR = 1.5
 """Factor on `link_errors` for a published arm. With it 78 % of the intervals of mass
-hold the truth for three simulated arms, and 95 % for six others by another simulator; the
-errors of a Franka Panda on real torques are 57 to 108 g and 5 to 15 mm for 1 kg, 0.4 of
-the standard deviations."""
+hold the truth for three simulated arms, and 95 % for six others by another simulator;
+errors of a Franka Panda on real torques are 0.4 of the standard deviations."""
 GAIN_STD = 0.01
 """Standard deviation of the gain of each joint's torque, or constant of its current, as
 on data sheets of torque sensors."""
@@ -288,12 +287,13 @@ def calibrate_arm(
 
 def _log_messages(recordings: Sequence[Recording]) -> list[Message]:
     lines = (each for log in recordings for each in (*log.warnings, *log.notes))
-    return [each for each in lines if isinstance(each, Message)]
+    return [each for each in dict.fromkeys(lines) if isinstance(each, Message)]
 
 
 def _cleaned(recording: Recording) -> Recording:
     """The recording without spikes and repeated rows, with times corrected for bunches
-    and lost rows."""
+    and lost rows; its notes are on this alone."""
+    recording = replace(recording, notes=())
     return without_held(with_mended_times(without_spikes(recording)))
 
 

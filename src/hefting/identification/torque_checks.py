@@ -73,7 +73,7 @@ def require_arms_torques(
     joint's torque that never changes, and for torques of another unit or sign than the
     URDF's arm needs."""
     for doubt in angle_doubts(samples.position, dynamics.robot):
-        raise InputError(str(doubt), source)
+        raise InputError(str(doubt), source, "if so, name the columns 'q1 [deg]' ...")
     speed = np.abs(samples.velocity).max()
     if speed < STICTION_SPEED:
         raise InputError(
@@ -113,8 +113,8 @@ def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]
     clear = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
     if not clear:
         what = (
-            "the URDF's arm cannot show the torques' unit: it moves too little, or its "
-            "own torques are subtracted"
+            "the URDF's arm cannot show the torques' unit: it moves too little, has no "
+            "inertias, or its own torques are subtracted"
         )
         return [note("torque-unit-untold", what)]
     far = [share for share in clear if not UNIT[0] < share < UNIT[1]]
@@ -182,9 +182,8 @@ def link_errors(dynamics: JointDynamics) -> Array:
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
     """A warning of gains given for recorded torques, except a UR driver's."""
-    if gains is None or not recording.has("joint_torques") or np.all(gains == 1.0):
-        return []
-    if UR_JOINT in recording.joint_names:
+    is_torque = recording.has("joint_torques") and UR_JOINT not in recording.joint_names
+    if gains is None or not is_torque or np.all(gains == 1.0):
         return []
     what = (
         f"{recording.source} says torque, which was multiplied by `torque_gains`: leave "
@@ -222,6 +221,9 @@ def of_arm(
 ) -> list[Message]:
     """A message if the arm that was assumed may be another one; `each` is that of
     `LoadedRuns.alone`."""
+    if runs.arm_known and not runs.dynamics.arm.any():
+        what = "the URDF has no inertias: record an empty run (`empty`)"
+        return [error("arm-unknown", what, "empty")]
     if runs.arm_known:
         what = (
             "the arm's inertias are those of the URDF: with a published arm a mass of "
@@ -282,6 +284,8 @@ def of_torques(message: str, fit: TorqueFit) -> str:
 
 def cause_of_no_load(fit: TorqueFit) -> str:
     """Why no load is significant, by the mass of least squares."""
+    if len(fit.common) == PAYLOAD:
+        return "the URDF's inertias tell too little: record an empty run (`empty`)"
     mass, std = float(fit.common[-PAYLOAD]), float(fit.covariance[0, 0]) ** 0.5
     if not std < TYPICAL_PAYLOAD[0]:
         return "they hardly determine it: move faster, and shoulder and elbow too"

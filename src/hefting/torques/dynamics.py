@@ -170,8 +170,6 @@ class JointDynamics:
     def _configurations(self, q: Array) -> Array:
         """(K, nq) joint positions for Pinocchio: those of continuous joints as cosine
         and sine."""
-        if self.model.nq == self.joints:
-            return q
         columns: list[Array] = []
         for j, joint in enumerate(list(self.model.joints)[1:]):
             own = q[:, j]
@@ -214,16 +212,8 @@ def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
     try:
         model = pin.buildModelFromXML(path.read_text(encoding="utf-8"))
-    except (ValueError, RuntimeError, UnicodeDecodeError) as error:
+    except (ValueError, RuntimeError) as error:
         first = str(error).splitlines()[0] if str(error) else "no reason given"
         raise InputError(f"Pinocchio does not read it: {first}", path) from None
     others = [model.getJointId(name) for name in model.names[1:] if name not in joints]
-    if others:
-        model = pin.buildReducedModel(model, others, pin.neutral(model))
-    if tuple(model.names[1:]) != joints:
-        raise InputError(
-            f"Pinocchio has the joints {', '.join(model.names[1:])} on the way, not "
-            f"{', '.join(joints)}",
-            path,
-        )
-    return model
+    return pin.buildReducedModel(model, others, pin.neutral(model))

@@ -17,13 +17,14 @@ samples. A row is left out where its joint is so slow that friction follows no l
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
 
-from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments, merged
@@ -145,18 +146,12 @@ def columns(
     return values, published
 
 
-def _parts(starts: Indices, samples: int) -> list[Indices]:
-    """Edges of consecutive bins, in parts of at most `ROWS_TOGETHER` samples, or one bin
-    if that is longer."""
-    edges = np.append(starts, samples)
-    parts: list[Indices] = []
-    first = 0
-    while first < len(starts):
-        last = int(np.searchsorted(edges, edges[first] + ROWS_TOGETHER, "right")) - 1
-        last = max(last, first + 1)
-        parts.append(edges[first : last + 1])
-        first = last
-    return parts
+def _parts(starts: Indices, samples: int) -> Iterator[Indices]:
+    """Edges of averages, about `ROWS_TOGETHER` samples together."""
+    edges, many = np.append(starts, samples), len(starts)
+    parts = min(samples // ROWS_TOGETHER + 1, many)
+    for first, last in pairwise(np.linspace(0, many, parts + 1).astype(int)):
+        yield edges[first : last + 1]
 
 
 def _averages(
@@ -165,17 +160,14 @@ def _averages(
     edges: Indices,
     loaded: bool,
     arm_known: bool,
-) -> tuple[Array, Array, Array, Array]:
+) -> tuple[Array, ...]:
     """Columns, torques of the URDF's arm, time and velocity, averaged between
     `edges`."""
     part = samples[int(edges[0]) : int(edges[-1])]
     values, published = columns(dynamics, part, loaded, arm_known)
-    each_sample = values, published, part.time, part.velocity
-    if (np.diff(edges) == 1).all():
-        return each_sample
     starts = edges[:-1] - edges[0]
-    values, published, time, velocity = (averages(x, starts) for x in each_sample)
-    return values, published, time, velocity
+    each_sample = values, published, part.time, part.velocity
+    return tuple(averages(x, starts) for x in each_sample)
 
 
 LEVELS = 7
@@ -228,8 +220,6 @@ class TorqueScales:
 
     def merge(self, other: TorqueScales) -> Self:
         """Moments of the samples of both, see `TorqueMoments.merge`."""
-        if len(self.levels) != len(other.levels):
-            raise InputError("moments of different time scales do not merge")
         pairs = zip(self.levels, other.levels, strict=True)
         return type(self)(tuple(a.merge(b) for a, b in pairs))
 

@@ -6,10 +6,12 @@ affects only the covariance, as weights by it would follow the model's errors: w
 the variance of the residuals of joint j at time scale l, and Z_jl the regressors of arm
 and payload at that scale, orthogonal to the joint's nuisances,
 
-    cov = G^+ (sum_jl v_jl / sigma_j⁴ Z_jl' Z_jl) G^+,   G = sum_jl Z_jl' Z_jl / sigma_j²
+    cov = G^+ (sum_jl v_jl / sigma_j⁴ Z_jl' Z_jl + P) G^+,
+    G = sum_jl Z_jl' Z_jl / sigma_j² + P
 
-as for the wrench (`hefting.estimators.bayes.colour`). The residuals of a scale have its
-rows less the share of the unknowns as degrees of freedom.
+as for the wrench (`hefting.estimators.bayes.colour`), with P the same product of the
+prior's rows. The residuals of a scale have its rows less the share of the unknowns as
+degrees of freedom.
 """
 
 from collections.abc import Callable
@@ -166,12 +168,14 @@ class TorqueFit:
 
     @cached_property
     def covariance(self) -> Array:
-        """(10, 10) covariance of the payload's parameters by the noise of all scales, in
-        the directions that the samples determine."""
-        weights = self.variances / self.std**4
-        inverse = self.half @ self.half[-PAYLOAD:].T
-        Z = self.regressors @ inverse * np.sqrt(weights)[:, :, None, None]
-        rows = Z.reshape(-1, PAYLOAD)
+        """(10, 10) covariance of the payload's parameters by the noise of all scales and
+        by the nuisances' prior, in the directions that the samples determine."""
+        weights = np.sqrt(self.variances) / self.std**2
+        noise = self.regressors * weights[:, :, None, None]
+        prior = self.nuisances[:, :, :-1] / self.prior.T[:, :, None]
+        m = len(self.half)
+        rows = np.vstack((noise.reshape(-1, m), prior.reshape(-1, m)))
+        rows = rows @ self.half @ self.half[-PAYLOAD:].T
         return rows.T @ rows
 
     @cached_property

@@ -206,7 +206,10 @@ def _arm_of(dynamics: JointDynamics, fitted: TorqueFit) -> Array:
     the published ones as a prior."""
     size = len(dynamics.base)
     published = dynamics.links @ dynamics.arm
-    scale = PUBLISHED_ERROR * (np.abs(published) + np.abs(published).mean() + 1e-6)
+    sizes = np.abs(published)
+    if not sizes.any():  # a URDF without inertias
+        sizes = np.tile(TYPICAL_PAYLOAD, dynamics.joints)[dynamics.base]
+    scale = PUBLISHED_ERROR * (sizes + sizes.mean())
     prior_rows = np.zeros((size, size + PAYLOAD + 1))
     prior_rows[:, :size], prior_rows[:, -1] = np.diag(1.0 / scale), published / scale
     R = np.vstack((fitted.shared, prior_rows, _payload_rows(size)))

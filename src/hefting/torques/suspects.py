@@ -7,9 +7,8 @@ joint zeros the derivatives by the angles, for gains the predicted torques of ea
 for a payload that the controller compensates the torques of its weight, and for another
 object in a part of a run the payload's ten columns there. theta is the least-squares
 fit, to the residuals, of the part of X that arm, payload and nuisances do not explain;
-the change of the payload's parameters follows. Rows are averages over `INTERVAL`.
-
-Long delays are beyond the first order: they are tried one by one.
+the change of the payload's parameters follows. Rows are averages over `INTERVAL`. Long
+delays are tried one by one.
 """
 
 from collections.abc import Iterable, Iterator
@@ -42,9 +41,8 @@ LEAST_EVIDENCE = {
     "weight": 15.0,
     "part": 30.0,
 }
-"""Least evidence of a suspect that is believed. In 60 correct simulated pairs of runs it
-was at most 7, 10, 48, -8 and -9, except for true delays by a filter; in 48 others by
-another simulator 1, -1, -14, -16 and -24; of weight, in 105, at most 6."""
+"""Least evidence of a suspect that is believed. In 108 correct pairs of runs by two
+simulators it was at most 7, 10, 48, -8, 6 and -9, except for true delays by a filter."""
 LEAST_SHARE = 0.1
 """Least relative error of the payload's weight that is believed: the elasticity of gears
 imitates 0.03."""
@@ -284,20 +282,21 @@ class Suspects:
         rows, unknowns = len(self.basis[2]), self.basis[1].shape[0]
         if self.runs.arm_known or rows < FEWEST_ROWS * unknowns:
             return None
-        likely = (x for x in self.all() if x.evidence > LEAST_EVIDENCE[x.kind])
         likely = (
-            x for x in likely if x.kind != "weight" or abs(x.theta[0]) > LEAST_SHARE
+            x
+            for x in self.all()
+            if x.evidence > LEAST_EVIDENCE[x.kind]
+            and (x.kind != "weight" or abs(x.theta[0]) > LEAST_SHARE)
         )
         return max(likely, key=lambda each: each.evidence, default=None)
 
     def all(self) -> Iterator[Suspect]:
         """All suspects."""
-        kinds = {"delay": self._short_delay, "tilt": self._tilt, "gains": self._gains}
-        kinds["zeros"], kinds["weight"] = self._zeros, self._weight
+        each = self._delay, self._tilt, self._gains, self._zeros, self._weight
         others = self.runs.empty or self.runs.calibration
         in_which = (False, True) if self.runs.loaded and others else (False,)
         yield from map(self._long_delay, in_which)
-        for kind, of in kinds.items():
+        for kind, of in zip(USUAL, each, strict=True):
             rows = [of(i) for i in range(len(self.parts))]
             for loaded in (*in_which, None) if kind == "weight" else in_which:
                 pairs = zip(rows, self.parts, strict=True)
@@ -312,7 +311,7 @@ class Suspects:
             if run.loaded:
                 yield from self._parts(i)
 
-    def _short_delay(self, i: int) -> Array:
+    def _delay(self, i: int) -> Array:
         """(K, n, 1) negative rate of the predicted torques of run `i`, zero near
         reversals, where friction changes at once."""
         own = self.parts[i].samples
