@@ -219,8 +219,8 @@ def test_torques_are_planned_for_with_their_noise(run, arm):
     assert "plan-empty-run-assumed" in {own["code"] for own in told["messages"]}
     before, *_, after = told["forecast"]["accuracy"]
     assert before["mass"] is None
-    # 0.2 N m at 0.5 m, of some 300 samples of a few joints, is 7 g of 1 kg, beside
-    # offsets and friction that change by a fifth and all of it between the runs
+    # 0.2 N m at 0.5 m, of some 300 samples of a few joints, is 7 g of 1 kg; offsets and
+    # friction that change between the runs add several times that
     assert 0.002 < after["mass"] < 0.05
 
 
