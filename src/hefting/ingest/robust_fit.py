@@ -171,7 +171,6 @@ def _differ(one: Outliers, other: Outliers) -> bool:
 
 
 def _with_inliers(samples: Samples, problem: Problem, outliers: Outliers) -> Problem:
-    """The problem with the blocks of the inliers."""
     return replace(problem, blocks=samples.blocks(outliers))
 
 
@@ -193,7 +192,6 @@ def choose_bias_and_refine_offset(
 
 
 def _choose_bias(found: InlierFit) -> RobustFit:
-    """The fit with the number of bias knots that the data support."""
     problem, fit = found.problem, found.fit
     fastest = fastest_frequency(problem)
     uncertainty = estimate_uncertainty(fit, fastest)
