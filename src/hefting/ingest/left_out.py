@@ -170,7 +170,7 @@ def choose_part(
     a part without looking for changes; `sensor_errors` as in `Case`.
     """
     with_tool, changes = tool is not None, found.changes
-    case_of = partial(_case, biased=may_be_biased, sensor_errors=sensor_errors)
+    case_of = partial(_case, may_be_biased=may_be_biased, sensor_errors=sensor_errors)
     case = case_of(recording, found)
     may_change = changes is not None and not as_given
     whole = doubt_of(case, with_tool=with_tool, pairs=not may_change)
@@ -195,7 +195,11 @@ def choose_part(
 
 
 def _case(
-    recording: Recording, found: Conditioned, *, biased: bool, sensor_errors: float
+    recording: Recording,
+    found: Conditioned,
+    *,
+    may_be_biased: bool,
+    sensor_errors: float,
 ) -> Case | None:
     """The case on which mistakes are judged, None if there is none. If what is
     unexplained may be accelerations of a sensor of unknown position, only samples at
@@ -207,7 +211,7 @@ def _case(
         found.path,
         found.gravity,
         found.offset,
-        biased=biased,
+        biased=may_be_biased,
         parameters=found.parameters,
     )
     case = replace(case, sensor_errors=sensor_errors)
