@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.clean import simulated
 
 from hammers import shape
 from hefting.core.measurements import Noise
+from hefting.core.messages import codes
 from hefting.core.metrics import errors_between
 from hefting.identification import identify
 from hefting.simulation import UR5, hammer, random_smooth, simulate
@@ -56,3 +58,12 @@ def test_what_was_found_can_be_pickled(kind):
     time = log["wrench"].time[5:50]
     assert np.array_equal(path.at(time).value, same.at(time).value)
     assert again.estimate.to_dict() == found.estimate.to_dict()
+
+
+def test_samples_after_the_last_pose_are_no_doubt():
+    """As a clock offset leaves them: 0.2 s of 5 s. The rest is as good as it would be."""
+    made, *_ = simulated(1, 5.0)
+    streams = {k: s if k == "wrench" else s[:-20] for k, s in made.streams.items()}
+    found = identify(replace(made, streams=streams))
+    assert "outside-poses" in codes(found.estimate.provenance["notes"])
+    assert found.verdict.level == "good"

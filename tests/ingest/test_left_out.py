@@ -127,6 +127,7 @@ def test_mistakes_are_judged_beside_the_drift_that_is_removed(knots, judged):
     found = condition(recording)
     time = np.linspace(0.0, 10.0, knots)
     drift = replace(found.bias, knots=time, values=np.zeros((knots, 6)))
-    case = _case(recording, replace(found, bias=drift), may_be_biased=True)
+    found = replace(found, bias=drift)
+    case = _case(recording, found, may_be_biased=True, sensor_errors=0.005)
     assert case is not None
     assert case.bias_functions.shape[1] == judged

@@ -117,6 +117,12 @@ def test_more_play_is_named_no_less_than_little(share):
     assert doubt.message.code == "hysteresis"
 
 
+def test_play_within_a_data_sheet_is_not_named():
+    """The intervals allow for half a percent; 0.4 % had been named."""
+    given = play(0.004)(correct(3, "low"), np.random.default_rng(1))
+    assert doubt_of(case_of(given)) is None
+
+
 @pytest.mark.parametrize("hertz", [5.0, 12.0])
 def test_a_vibration_is_told_with_its_frequency(hertz):
     """And not that nothing explains the wrench, which made the answer unusable; its force

@@ -18,13 +18,15 @@ def mixed(number: int, std: float) -> Array:
     return np.eye(6) + entries * np.divide.outer(RANGES, RANGES)
 
 
-def named(number: int, std: float) -> set[str]:
-    """What is named of a right recording of 6 s by such a sensor."""
+def named(number: int, std: float, accuracy: str | None = None) -> set[str]:
+    """What is named of a right recording of 6 s by such a sensor, of which an accuracy may
+    be given."""
     made, *_ = simulated(number, 6.0)
     wrench = made["wrench"]
     streams = dict(made.streams)
     streams["wrench"] = replace(wrench, values=wrench.values @ mixed(number, std).T)
-    estimate = identify(replace(made, streams=streams)).estimate
+    made = replace(made, streams=streams)
+    estimate = identify(made, sensor_accuracy=accuracy).estimate
     said = {getattr(message, "code", "") for message in estimate.warnings}
     return said & {"cross-talk", "gain-uneven", "axes-turned"}
 
@@ -38,3 +40,13 @@ def test_what_is_usual_is_not_named(number):
 @pytest.mark.parametrize("number", [1, 2])
 def test_three_times_as_much_as_on_sheets_is(number):
     assert named(number, 0.015)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_what_the_given_accuracy_allows_is_not_named(number):
+    """The intervals contain it."""
+    assert not named(number, 0.015, "2%")
+
+
+def test_what_is_far_beyond_the_given_accuracy_is():
+    assert named(2, 0.05, "2%")

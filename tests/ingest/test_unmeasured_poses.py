@@ -145,3 +145,22 @@ def test_static_poses_and_logged_accelerations_are_left_alone():
     }
     logged = Recording({**streams, **columns})
     assert without_faulty_poses(logged) is logged
+
+
+def test_a_position_that_stands_still_while_the_sensor_turns_is_left_out():
+    """As of pose messages in which only the orientation was written. Answers had been
+    *good*, with inertias up to ten times too large."""
+    recording = disturbed("clean", 1.5, 1).recording
+    unwritten = with_poses(recording, np.zeros_like(recording["position"].values))
+    usable = without_faulty_poses(unwritten)
+    assert codes(usable.warnings) - codes(recording.warnings) == {"position-constant"}
+    assert not usable.has("position")
+    found = ingest(unwritten)
+    assert found.source == "orientation"
+
+
+def test_a_sensor_that_hardly_turns_may_stay_where_it_is():
+    recording = disturbed("clean", 1.5, 1).recording
+    still = np.tile(recording["orientation"].values[:1], (len(recording["wrench"]), 1))
+    held = with_poses(recording, np.zeros_like(recording["position"].values), still)
+    assert without_faulty_poses(held) is held

@@ -175,7 +175,9 @@ def calibration(
 ) -> Identification:
     """The estimate of `calibrate`, with the measurements it was made from; arguments
     and errors as there."""
-    found = ingest(recording, gravity=gravity, bias="estimate")
+    found = ingest(
+        recording, gravity=gravity, bias="estimate", accuracy=sensor_accuracy
+    )
     require_object(found, None)
     settings = OLS.settings(known_of(found, None))
     estimator = OLS(**settings, sensor_accuracy=sensor_accuracy)

@@ -68,7 +68,8 @@ def condense(
         As `hefting.identify` does for the recording, the method and its
         hyperparameters.
     """
-    found = ingest(recording, **reading)
+    accuracy = accuracy_of(method, hyperparameters or {})
+    found = ingest(recording, accuracy=accuracy, **reading)
     return part_of(found, shape, method, hyperparameters)
 
 

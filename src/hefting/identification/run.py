@@ -39,7 +39,8 @@ def understand(
     """One recording, or several of the same object, as estimators take them; with a
     message for each that contradicts the others. For arguments and errors see
     `hefting.identify`; `accuracy` is the sensor's."""
-    return with_contradictions(ingest_all(recording, **reading), accuracy)
+    found = ingest_all(recording, accuracy=accuracy, **reading)
+    return with_contradictions(found, accuracy)
 
 
 def run(

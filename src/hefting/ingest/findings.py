@@ -92,7 +92,6 @@ def findings_of(
 
 
 def _offset_notes(found: Conditioned, rejected: RejectedOffset | None) -> list[Message]:
-    """Notes on a clock offset that was rejected, and on one that was corrected."""
     said: list[Message] = []
     if rejected is not None and rejected.known and not rejected.contradictory:
         offset = f"{_milliseconds(rejected.value)} ± {_milliseconds(rejected.std)} ms"
@@ -206,7 +205,6 @@ def _saturation_warnings(found: Conditioned) -> list[Message]:
 def _clock_warnings(
     found: Conditioned, rejected: RejectedOffset | None
 ) -> list[Message]:
-    """At most one message on a clock offset that is unknown, or was rejected."""
     unknown = warning(
         "clock-offset-unknown",
         "the motion does not determine a clock offset between wrench and motion: none assumed",
@@ -231,7 +229,6 @@ def _clock_warnings(
 
 
 def _profile_warning(rejected: RejectedOffset, profile: OffsetProfile) -> Message:
-    """A warning with the reason why the profile contradicts the clock offset."""
     offset = f"{1e3 * rejected.value:.3g} ms"
     doubt = profile.doubt()
     if doubt == "edge":
@@ -253,7 +250,6 @@ def _profile_warning(rejected: RejectedOffset, profile: OffsetProfile) -> Messag
 
 
 def _gravity_warnings(found: Conditioned) -> list[Message]:
-    """At most one warning that gravity's direction was not found, or hardly."""
     if found.tilt_std is None:
         what = (
             "the direction of gravity was not looked for: the accelerometer measures it"

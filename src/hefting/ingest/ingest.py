@@ -16,6 +16,7 @@ from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
+from hefting.core.sensor_accuracy import TYPICAL, SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.ingest.bias import BiasOfEstimate, bias_of, is_chosen, subtract_bias
 from hefting.ingest.blocks import measured_blocks, residual_size
@@ -74,6 +75,7 @@ def ingest(
     duration: float | None = None,
     tool: Estimate | None = None,
     hint: bool = False,
+    accuracy: SensorAccuracy | str | None = None,
 ) -> Ingested:
     """Find clock offset, sign, bias, gravity, outliers, weights and noise of a
     recording, and subtract the tool.
@@ -84,6 +86,7 @@ def ingest(
     gravity, wrench, bias, motion, start, duration, tool : as for `hefting.identify`.
     hint : whether to estimate, for information, gravity's direction even where it is
         given.
+    accuracy : of the sensor, whose errors within it are no mistake; or the typical one.
 
     Where the object changes, the longest stretch of one free body is used, with an
     object in the hand if there is one; where `start` or `duration` is given the part is
@@ -102,6 +105,7 @@ def ingest(
         duration=duration,
         tool=tool,
         hint=hint,
+        accuracy=accuracy,
     )
     given = bias.recorded(wrench) if isinstance(bias, BiasOfEstimate) else bias
     usable = _usable_samples(recording, start, duration, motion, given)
@@ -121,6 +125,9 @@ def ingest(
         may_be_biased=may_be_biased,
         tool=tool,
         as_given=usable.is_part,
+        sensor_errors=max(
+            (SensorAccuracy.of(accuracy) or TYPICAL).share, TYPICAL.share
+        ),
     )
     found = chosen.found
     measured, counts, within = _averages_of(chosen, motion, may_be_biased=may_be_biased)

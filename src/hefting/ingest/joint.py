@@ -257,7 +257,6 @@ def _mean_noise(each: Sequence[MotionNoise | None]) -> MotionNoise | None:
 
 
 def _all_named(names: Sequence[str]) -> str:
-    """Names of the recordings, as the place of an error."""
     if len(names) <= MOST_NAMED:
         return ", ".join(names)
     return f"{names[0]} and {len(names) - 1} more"

@@ -3,6 +3,7 @@ a log that were left out, with their causes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -112,7 +113,6 @@ def _stalled_ends(whole: Recording, part: Recording, first: float) -> list[Span]
 
 
 def _faulty_poses(whole: Recording, part: Recording, first: float) -> list[Span]:
-    """Spans of poses, within the part's time, that the part does not have."""
     spans: list[Span] = []
     for name in ("position", "orientation"):
         if not (whole.has(name) and part.has(name)):
@@ -160,15 +160,17 @@ def choose_part(
     may_be_biased: bool,
     tool: Estimate | None,
     as_given: bool,
+    sensor_errors: float,
 ) -> ChosenPart:
     """The part of a recording to use: where the object changes its longest stretch, if
     possible with an object in the hand, else all of it.
 
     All of it is used too if a mistake explains it, or the part was given. `fit` conditions
-    a part without looking for changes.
+    a part without looking for changes; `sensor_errors` as in `Case`.
     """
     with_tool, changes = tool is not None, found.changes
-    case = _case(recording, found, may_be_biased=may_be_biased)
+    case_of = partial(_case, may_be_biased=may_be_biased, sensor_errors=sensor_errors)
+    case = case_of(recording, found)
     may_change = changes is not None and not as_given
     whole = doubt_of(case, with_tool=with_tool, pairs=not may_change)
     if may_change and whole is not None and whole.needs_no_change:
@@ -182,9 +184,7 @@ def choose_part(
     stretch = changes.chosen
     part = recording.slice(stretch.start, stretch.duration)
     of_part = fit(part)
-    doubt = doubt_of(
-        _case(part, of_part, may_be_biased=may_be_biased), with_tool=with_tool
-    )
+    doubt = doubt_of(case_of(part, of_part), with_tool=with_tool)
     if doubt is not None and doubt.is_fatal:
         # two mistakes at once may imitate a change
         whole = doubt_of(case, with_tool=with_tool)
@@ -194,7 +194,11 @@ def choose_part(
 
 
 def _case(
-    recording: Recording, found: Conditioned, *, may_be_biased: bool
+    recording: Recording,
+    found: Conditioned,
+    *,
+    may_be_biased: bool,
+    sensor_errors: float,
 ) -> Case | None:
     """The case on which mistakes are judged, None if there is none. If what is
     unexplained may be accelerations of a sensor of unknown position, only samples at
@@ -209,6 +213,7 @@ def _case(
         biased=may_be_biased,
         parameters=found.parameters,
     )
+    case = replace(case, sensor_errors=sensor_errors)
     # mistakes are judged beside the drift that is removed
     case = case.with_drift(min(max(len(found.bias.knots) - 2, 0), MOST_MORE_KNOTS))
     if found.curves is None or not may_be_acceleration(recording, found):

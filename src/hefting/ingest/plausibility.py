@@ -149,7 +149,6 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
 
 
 def _beside_tool(found: Ingested) -> str:
-    """The mass that is left beside the tool, in words."""
     mass, std = found.fit.mass, found.fit.mass_std
     known = float(rounded(mass, decimals(std, abs(mass))))
     return f"{known:g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"

@@ -168,7 +168,6 @@ def _differ(one: Outliers, other: Outliers) -> bool:
 
 
 def _with_inliers(samples: Samples, problem: Problem, outliers: Outliers) -> Problem:
-    """The problem with the blocks of the inliers."""
     return replace(problem, blocks=samples.blocks(outliers))
 
 
@@ -199,7 +198,6 @@ def fit_robustly(
 
 
 def _choose_bias(found: InlierFit) -> RobustFit:
-    """The fit with the number of bias knots that the data support."""
     problem, fit = found.problem, found.fit
     fastest = fastest_frequency(problem)
     uncertainty = estimate_uncertainty(fit, fastest)

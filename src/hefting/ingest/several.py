@@ -77,7 +77,6 @@ def _check(logs: Sequence[Log]) -> None:
 
 
 def _biases(bias: Any, n: int) -> list[Any]:
-    """That of each of n recordings."""
     if isinstance(bias, str) or np.ndim(bias) != 2:
         return [bias] * n
     if len(bias) != n:

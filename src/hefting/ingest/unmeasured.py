@@ -1,8 +1,8 @@
 """Samples that were not measured, which are left out first.
 
-Of the poses: those that no body can have passed. Of the wrench: those of a stream that
-stalled, had not begun, had ended, or repeated its last message, and numbers such as
--9999 that stand for no value."""
+Of the poses: those that no body can have passed, and a position that stands still while
+the sensor turns. Of the wrench: those of a stream that stalled, had not begun, had
+ended, or repeated its last message, and numbers such as -9999 that stand for no value."""
 
 from dataclasses import replace
 
@@ -27,6 +27,8 @@ MANY_LEFT_OUT = 0.05
 MOST_LEFT_OUT = 0.5
 """Share of glitches above which no pose is left out, as the limits do not suit the
 recording."""
+TURNED = 0.1
+"""[rad] Turn by which any arm moves a sensor."""
 MOST_TIMES_SHOWN = 3
 """Largest number of times in a message."""
 
@@ -43,6 +45,7 @@ def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recor
     """
     if recording.static or reads_columns(recording, source):
         return recording
+    recording = _without_constant_position(recording)
     streams = {name: recording[name] for name in POSE_STREAMS if recording.has(name)}
     found = {}
     for name, stream in streams.items():
@@ -74,6 +77,19 @@ def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recor
         notes=(*recording.notes, *_notes(time, found)),
         warnings=(*recording.warnings, *warnings),
     )
+
+
+def _without_constant_position(recording: Recording) -> Recording:
+    """Without a position that never changes while the sensor turns, as no arm turns it
+    about its very origin; with a warning."""
+    streams = dict(recording.streams)
+    p, q = streams.pop("position", None), streams["orientation"].values
+    turned = 2.0 * np.arccos(min(float(np.abs(q @ q[0]).min()), 1.0))
+    if p is None or turned < TURNED or (p.values != p.values[0]).any():
+        return recording
+    what = f"the position never changes while the sensor turns by {np.degrees(turned):.0f}°: left out; log it"
+    said = warning("position-constant", what)
+    return replace(recording, streams=streams, warnings=(*recording.warnings, said))
 
 
 def _masks(

@@ -30,9 +30,6 @@ from hefting.motion.state import Motion
 
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
-NEGLIGIBLE_REJECTED_SHARE = 0.02
-"""Share of wrench samples outside the time of the poses up to which there is no
-warning."""
 IMPLAUSIBLE_VALUE = 1e9
 """[N, N m, m/s²] Bound on wrench and gravity; larger numbers are errors of the log."""
 
@@ -67,9 +64,9 @@ class Measured:
     """Smoothed motion at the same instants, with standard deviations; None if the log
     has the motion."""
     warnings: tuple[Message, ...] = ()
-    """Warnings of what is not modelled, and of many samples left out."""
+    """Warnings of what is not modelled, and of gaps."""
     notes: tuple[Message, ...] = ()
-    """Notes on what was found, and on a few samples left out."""
+    """Notes on what was found, and on samples left out."""
     rows: NDArray[np.integer] | None = None
     """(K,) rows of the wrench's stream at the measurements; None for other instants."""
 
@@ -124,32 +121,24 @@ def measure(
                 "some static poses lack a wrench or an orientation",
                 where=recording.source,
             )
-        return Measured(
-            _static_measurements(wrench, orientation.values, g_world),
-            "static",
-            None,
-            rows=wrench.rows,
-        )
+        z = _static_measurements(wrench, orientation.values, g_world)
+        return Measured(z, "static", None, rows=wrench.rows)
 
     counts = np.ones(len(wrench)) if counts is None else counts
     kept = _samples_within_poses(recording, wrench)
-    warnings, notes = _rejection_messages(counts, kept, of)
+    warnings, notes = (), ()
     if not kept.all():
+        what = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
+        notes = (note("outside-poses", what),)
         wrench, counts = wrench[kept], counts[kept]
     if reads_columns(recording, source):
-        return Measured(
-            _from_columns(recording, wrench, g_world),
-            "columns",
-            None,
-            warnings,
-            notes,
-            wrench.rows,
-        )
+        z = _from_columns(recording, wrench, g_world)
+        return Measured(z, "columns", None, notes=notes, rows=wrench.rows)
     if curves is None and not may_move(recording):
         held = orientation.values[nearest_rows(orientation.time, wrench.time)]
         z = _static_measurements(wrench, held, g_world)
         z = replace(z, motion_noise=MotionNoise(0.0, 0.0))
-        return Measured(z, "static", None, warnings, notes, wrench.rows)
+        return Measured(z, "static", None, notes=notes, rows=wrench.rows)
     if source == "filter":
         motion, wrench = _filtered(recording, wrench)
         kind, counts = "filter", np.ones(len(wrench))
@@ -160,21 +149,16 @@ def measure(
         warnings, notes = warnings + curves.warnings, notes + curves.notes
     known = motion.known
     if not known.all():
-        warnings += (
-            warning(
-                "gaps-in-poses",
-                f"{_counted(counts[~known], of)} in gaps of the poses left out",
-            ),
-        )
+        what = f"{_counted(counts[~known], of)} in gaps of the poses left out"
+        warnings += (warning("gaps-in-poses", what),)
         wrench, motion = wrench[known], motion[known]
     z, motion, rows, reduced = _from_motion(recording, wrench, motion, g_world)
     kind = reduced or kind
     if kind == "orientation":
         what = "no position and no accelerometer: only gravity is modelled, so mass and COM at most"
         warnings += (warning("gravity-only", what),)
-    return Measured(
-        z, kind, motion, warnings, notes, None if kind == "filter" else rows
-    )
+    rows = None if kind == "filter" else rows
+    return Measured(z, kind, motion, warnings, notes, rows)
 
 
 def reads_columns(recording: Recording, source: Source) -> bool:
@@ -219,18 +203,6 @@ def nearest_rows(time: Array, at: Array) -> NDArray[np.intp]:
     return np.searchsorted(0.5 * (time[1:] + time[:-1]), at)
 
 
-def _rejection_messages(
-    counts: Array, kept: Mask, of: str
-) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
-    """A note, or for many a warning, of samples outside the time of the poses."""
-    if kept.all():
-        return (), ()
-    left_out = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
-    if counts[~kept].sum() > NEGLIGIBLE_REJECTED_SHARE * counts.sum():
-        return (warning("outside-poses", left_out),), ()
-    return (), (note("outside-poses", left_out),)
-
-
 def _from_motion(
     recording: Recording, wrench: Stream, motion: Motion, g_world: Array
 ) -> tuple[Measurements, Motion, NDArray[np.integer], str | None]:
@@ -260,7 +232,6 @@ def _from_motion(
 def _static_measurements(
     wrench: Stream, orientation: Array, g_world: Array
 ) -> Measurements:
-    """Static poses: gravity turned into sensor axes, no motion."""
     g = in_sensor_axes(orientation, g_world)
     zero = np.zeros_like(g)
     return Measurements(

@@ -6,7 +6,6 @@ The other five channels determine the body, and so what that one should have mea
 What it did measure is fitted as any linear function of the motion, and compared.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -37,10 +36,6 @@ GAINS = 7 * np.arange(6)
 """Indices of the matrix's entries, row by row, and of the gains among them."""
 USUAL_ERROR = 0.03
 """Standard deviation of the matrix's errors, as a share of the channels' ranges."""
-DATA_SHEET_ERROR = 0.005
-"""The same for a sensor within its data sheet."""
-LARGE_DATA_SHEET_ERROR = 0.01
-"""The same for one that is used in a small part of its range."""
 RANGES = np.repeat((1.0, 0.1), 3)
 """Ranges [N, N m] of the channels of common sensors, up to a factor."""
 PASSES = 3
@@ -50,23 +45,20 @@ wrench."""
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest errors of the matrix (6, 6), to first order."""
-    return _likeliest(
-        case, ALL, USUAL_ERROR, lambda: _likeliest(case, GAINS, USUAL_ERROR)
+    std = max(USUAL_ERROR, case.sensor_errors)
+    found = replace(_likeliest(case, ALL, std), effect=None)
+    return replace(
+        found, alternative=lambda: replace(_likeliest(case, GAINS, std), effect=None)
     )
 
 
-def errors_on_data_sheet(case: Case, size: float = DATA_SHEET_ERROR) -> Explanation:
-    """Errors of a `size` as on data sheets, which are no mistake; `effect` is their
-    root mean square over that size."""
-    return replace(_likeliest(case, ALL, size), rarity=0.0)
+def errors_on_data_sheet(case: Case, times: float = 1.0) -> Explanation:
+    """Errors of `times` the size that the sensor may have, which are no mistake; `effect`
+    is their root mean square over that size."""
+    return replace(_likeliest(case, ALL, times * case.sensor_errors), rarity=0.0)
 
 
-def _likeliest(
-    case: Case,
-    free: Indices,
-    std: float,
-    alternative: Callable[[], Explanation | None] | None = None,
-) -> Explanation:
+def _likeliest(case: Case, free: Indices, std: float) -> Explanation:
     """The likeliest errors of the entries with indices `free` (q,), each with a
     standard deviation `std` as a share of the channels' ranges."""
     _, offset = fit_as_given(case)
@@ -90,10 +82,7 @@ def _likeliest(
         len(free),
         cost=cost,
         rarity=2.0,
-        alternative=alternative,
-        effect=float(np.sqrt(np.mean(np.square(errors / _scale(std)))))
-        if std < USUAL_ERROR
-        else None,
+        effect=float(np.sqrt(np.mean(np.square(errors / _scale(std))))),
     )
 
 

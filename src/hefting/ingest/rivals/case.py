@@ -8,6 +8,7 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
+from hefting.core.sensor_accuracy import TYPICAL_SHARE
 from hefting.core.spatial import Array, Mask, column_medians, distinct, median
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.channels import rounding_error
@@ -94,6 +95,8 @@ class Case:
     worth: Array
     """(K,) weight of each average by the errors of the logged motion, as in
     `hefting.motion.weighting.sample_weights`; the same for all explanations"""
+    sensor_errors: float = TYPICAL_SHARE
+    """of the sensor that are no mistake, as a share of its ranges"""
     few_offsets: tuple[float, ...] = ()
     """[s] clock offsets to try with every explanation; empty for the usual ones"""
     most_left: float = np.inf

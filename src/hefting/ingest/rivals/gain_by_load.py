@@ -7,6 +7,8 @@ load or from zero, where its gain is right. The factor is common to the forces a
 the torques, as if all gauges had the same range.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from hefting.core.spatial import Array, distinct
@@ -55,7 +57,9 @@ def explain_hysteresis(case: Case) -> Explanation | None:
         "play or hysteresis"
     )
     fix = "check how it is mounted, and its cable"
-    return Explanation(HYSTERESIS, what, fix, fitted, 1, rarity=2.0, of_many_laws=True)
+    found = Explanation(HYSTERESIS, what, fix, fitted, 1, rarity=2.0, of_many_laws=True)
+    # intervals allow for as much as the sensor may have
+    return replace(found, effect=0.0) if SHARES[index] <= case.sensor_errors else found
 
 
 def _lags(load: Array, shares: Array) -> Array:

@@ -7,9 +7,9 @@ is removed. It is not named
 
 - for a sensor's own imperfections, of which every unknown explains a little: in recordings
   of three real sensors the best mistake explains a third at most;
-- where calibration errors of the size on data sheets explain the recording better, or next
-  to nothing is unexplained. Static poses do not show the size of these errors: there a
-  mistake may leave more unexplained, if it is far likelier than they are;
+- where calibration errors of the size that data sheets, or the user, give explain the
+  recording as well, or next to nothing is unexplained. Static poses do not show the size
+  of these errors: there a mistake may leave more unexplained, if it is far likelier;
 - where a more freely drifting bias explains the recording as well: a turned sensor or a
   cable imitates a sensor that creeps;
 - where it leaves more of all residuals than the recording as given.
@@ -32,7 +32,6 @@ from hefting.ingest.rivals import (
     timing,
 )
 from hefting.ingest.rivals.calibration_matrix import (
-    LARGE_DATA_SHEET_ERROR,
     errors_on_data_sheet,
 )
 from hefting.ingest.rivals.case import Case
@@ -75,6 +74,8 @@ CLEAR_SHARE_OF_POSES = 0.05
 """The same from which on a mistake of static poses may be named though it leaves much. In
 choices of a real arm's poses it is below 0.025, with a sensor's errors of 1 % mostly below
 0.035, with a gain of 1.3 or a tilt of 5° above 0.055."""
+SMALL_PART_OF_RANGE = 2.0
+"""Factor on the errors of a sensor that is used in a small part of its range."""
 CLEAR_EVIDENCE = 12.0
 """`evidence` from which on a mistake is beyond doubt."""
 POSSIBLE_EVIDENCE = 5.0
@@ -221,7 +222,8 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
     sheet = errors_on_data_sheet(case)
     little = missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
     within_sheet = little or (sheet.effect or 0.0) < 1.0
-    if within_sheet and evidence(case, given, sheet) > log_odds:
+    beyond = log_odds - evidence(case, given, sheet)
+    if within_sheet and beyond < POSSIBLE_EVIDENCE:
         return Judged(share, None, given)
     certain = log_odds > CLEAR_EVIDENCE
     whole = certain and missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
@@ -348,7 +350,7 @@ def _is_named(case: Case, given: Explanation, other: Explanation) -> bool:
     share = unexplained_share(case, given.fitted, case.floor)
     if not share > CLEAR_SHARE_OF_POSES:
         return False
-    errors = errors_on_data_sheet(case, LARGE_DATA_SHEET_ERROR)
+    errors = errors_on_data_sheet(case, SMALL_PART_OF_RANGE)
     return log_odds > CLEAR_EVIDENCE + max(evidence(case, given, errors), 0.0)
 
 

@@ -171,7 +171,6 @@ def _composed(case: Case) -> Iterator[Undone]:
 
 
 def _with_orientation(case: Case, what: str, orientation: Stream) -> Case | None:
-    """As of `with_poses`, of other orientations."""
     streams = {**case.recording.streams, "orientation": orientation}
     return with_poses(case, what, replace(case.recording, streams=streams))
 
