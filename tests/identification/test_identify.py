@@ -63,7 +63,13 @@ def test_what_was_found_can_be_pickled(kind):
 def test_samples_after_the_last_pose_are_no_doubt():
     """As a clock offset leaves them: 0.2 s of 5 s. The rest is as good as it would be."""
     made, *_ = simulated(1, 5.0)
-    streams = {k: s if k == "wrench" else s[:-20] for k, s in made.streams.items()}
-    found = identify(replace(made, streams=streams))
-    assert "outside-poses" in codes(found.estimate.provenance["notes"])
-    assert found.verdict.level == "good"
+
+    def with_poses(last):
+        streams = {k: s if k == "wrench" else s[:last] for k, s in made.streams.items()}
+        return identify(replace(made, streams=streams)).estimate
+
+    late = with_poses(-20)
+    assert "outside-poses" in codes(late.provenance["notes"])
+    assert late.verdict.level == "good"
+    # of 0.8 s other clocks are a likelier cause
+    assert "outside-poses" in codes(with_poses(-80).warnings)

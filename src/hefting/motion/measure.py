@@ -30,6 +30,9 @@ from hefting.motion.state import Motion
 
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
+MANY_OUTSIDE = 0.1
+"""Share of wrench samples outside the time of the poses from which on there is a warning,
+as their clocks may differ: an offset of 0.3 s leaves 6 % of 5 s."""
 IMPLAUSIBLE_VALUE = 1e9
 """[N, N m, m/s²] Bound on wrench and gravity; larger numbers are errors of the log."""
 
@@ -64,9 +67,9 @@ class Measured:
     """Smoothed motion at the same instants, with standard deviations; None if the log
     has the motion."""
     warnings: tuple[Message, ...] = ()
-    """Warnings of what is not modelled, and of gaps."""
+    """Warnings of what is not modelled, of gaps, and of many samples left out."""
     notes: tuple[Message, ...] = ()
-    """Notes on what was found, and on samples left out."""
+    """Notes on what was found, and on a few samples left out."""
     rows: NDArray[np.integer] | None = None
     """(K,) rows of the wrench's stream at the measurements; None for other instants."""
 
@@ -129,16 +132,19 @@ def measure(
     warnings, notes = (), ()
     if not kept.all():
         what = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
-        notes = (note("outside-poses", what),)
+        if counts[~kept].sum() > MANY_OUTSIDE * counts.sum():
+            warnings = (warning("outside-poses", what),)
+        else:
+            notes = (note("outside-poses", what),)
         wrench, counts = wrench[kept], counts[kept]
     if reads_columns(recording, source):
         z = _from_columns(recording, wrench, g_world)
-        return Measured(z, "columns", None, notes=notes, rows=wrench.rows)
+        return Measured(z, "columns", None, warnings, notes, wrench.rows)
     if curves is None and not may_move(recording):
         held = orientation.values[nearest_rows(orientation.time, wrench.time)]
         z = _static_measurements(wrench, held, g_world)
         z = replace(z, motion_noise=MotionNoise(0.0, 0.0))
-        return Measured(z, "static", None, notes=notes, rows=wrench.rows)
+        return Measured(z, "static", None, warnings, notes, wrench.rows)
     if source == "filter":
         motion, wrench = _filtered(recording, wrench)
         kind, counts = "filter", np.ones(len(wrench))
