@@ -339,6 +339,28 @@ def test_joints_keep_their_names(order, form):
     np.testing.assert_array_equal(got["joint_positions"].values, angles[:, list(order)])
 
 
+@pytest.mark.parametrize(
+    ("positions", "torques"),
+    [
+        ("fr3_joint{}_position", "fr3_joint{}_effort"),
+        ("joint_{}_pos", "joint_{}_torque"),
+        ("J{} angle", "J{} torque"),
+        ("AxisAct_A{}", "Torque_A{}"),
+        ("actuators[{}].position", "actuators[{}].torque"),
+        ("theta{}", "tau{}"),
+    ],
+)
+def test_joints_by_their_numbers_wherever_they_stand(positions, torques):
+    columns = [form.format(j) for form in (positions, torques) for j in range(1, 7)]
+    speeds = [f"fr3_joint{j}_velocity" for j in range(1, 7)]
+    names = ["time", *columns, *speeds, *CANONICAL[8:]]
+    q, tau = RNG.uniform(-1.0, 1.0, (2, ROWS, 6))
+    values = np.column_stack((TIME, q, tau, np.zeros((ROWS, 6)), WRENCH))
+    got = hefting.as_recording(pd.DataFrame(values, columns=names))
+    np.testing.assert_array_equal(got["joint_positions"].values, q)
+    np.testing.assert_array_equal(got["joint_torques"].values, tau)
+
+
 def test_joints_of_a_robot_beside_a_wrench_of_another_sensor():
     names = f"time {numbered('actual_q_')} fx fy fz tx ty tz"
     angles = RNG.uniform(-1.0, 1.0, (ROWS, 6))

@@ -33,10 +33,12 @@ WORDS = {
     "rotation-matrix": ("r", "rot", "rotation", "rotmat", "xmat", "orientation"),
     "joint_positions": (
         *("q", "j", "joint", "joints", "jointposition", "jpos", "statesposition"),
+        *("jointpos", "jointangle", "jangle", "axisposition", "axisangle", "axisa"),
+        *("motorpos", "motorposition", "actuatorsposition", "theta"),
     ),
     "joint_torques": (
         *("tau", "tauj", "effort", "torque", "torques", "jointtorque", "jointtorques"),
-        *("torquej", "jtorque", "trq"),
+        *("torquej", "torquea", "jtorque", "trq"),
     ),
     "joint_currents": ("current", "currents", "jointcurrent", "motorcurrent"),
     "gyroscope": ("g", "gyro", "gyroscope"),
@@ -96,6 +98,12 @@ CAMEL = (
 
 FRAMES = "^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])"
 """Frames after a letter, as in EuRoC's ``p_RS_R_x`` and ``q_RS_w``."""
+
+
+NUMBERED = (
+    r"(?<![a-z])(joint|j|axis|motor|actuators)_?(\d+)_([a-z]{2,}(?:_[a-z]{2,})*)$"
+)
+"""A joint and its number before the quantity, as in ``fr3_joint4_position``."""
 
 
 @dataclass(frozen=True)
@@ -246,8 +254,9 @@ def group_columns(names: Sequence[str]) -> Groups:
 
 def split_name(name: str) -> list[str]:
     """Words of a name in small letters, its component last: ``Force_X``, ``forceX``,
-    ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``."""
-    words = words_of(name)
+    ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``, ``joint4_position`` in
+    ``position``, ``4``."""
+    words = small_words(re.sub(NUMBERED, r"\1_\3_\2", "_".join(words_of(name))))
     if len(words) > 2 and re.fullmatch(r"[wb](\d+|[w-z])", "".join(words[-2:])):
         del words[-2]  # a frame, as in Isaac Lab
     places = [i for i, word in enumerate(words) if word in set("xyzw")]
