@@ -147,6 +147,7 @@ def _frame_lines(recording: Recording, context: "Context") -> Iterator[Line]:
 
 
 def _scene_lines(replay: Replay, context: "Context") -> Iterator[Line]:
+    """The object, once, in the moving frame of the sensor."""
     from foxglove.channels import PointCloudChannel, SceneUpdateChannel
 
     entities = _entities(replay)

@@ -156,6 +156,7 @@ def condition(
 
 
 def _thinned(samples: Samples) -> Samples:
+    """The samples, or medians of some blocks of a long recording."""
     if len(samples.time) <= MOST_FITTED_SAMPLES:
         return samples
     blocks = samples.blocks()

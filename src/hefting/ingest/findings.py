@@ -229,6 +229,7 @@ def _clock_warnings(
 
 
 def _profile_warning(rejected: RejectedOffset, profile: OffsetProfile) -> Message:
+    """A warning with the reason why the profile contradicts the clock offset."""
     offset = f"{1e3 * rejected.value:.3g} ms"
     doubt = profile.doubt()
     if doubt == "edge":

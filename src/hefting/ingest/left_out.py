@@ -113,6 +113,7 @@ def _stalled_ends(whole: Recording, part: Recording, first: float) -> list[Span]
 
 
 def _faulty_poses(whole: Recording, part: Recording, first: float) -> list[Span]:
+    """Spans of poses, within the part's time, that the part does not have."""
     spans: list[Span] = []
     for name in ("position", "orientation"):
         if not (whole.has(name) and part.has(name)):

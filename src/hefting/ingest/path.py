@@ -291,6 +291,7 @@ def _read_orientation(poses: SmoothedPoses, time: Array) -> tuple[Array, Array, 
 
 
 def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
+    """Path of an orientation and the measured specific force a - g."""
     poses = curves.alone
     accelerometer_std = (
         float(np.std(np.diff(accelerometer.values, axis=0)) / np.sqrt(2.0))

@@ -238,6 +238,7 @@ def _from_motion(
 def _static_measurements(
     wrench: Stream, orientation: Array, g_world: Array
 ) -> Measurements:
+    """Static poses: gravity turned into sensor axes, no motion."""
     g = in_sensor_axes(orientation, g_world)
     zero = np.zeros_like(g)
     return Measurements(

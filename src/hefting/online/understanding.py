@@ -238,6 +238,7 @@ def _changed(found: Ingested) -> float | None:
 
 
 def _mean_weight(found: Ingested) -> float:
+    """Mean weight of the samples by the errors of their motion."""
     motion = found.motion
     if motion is None or found.source == "orientation" or len(motion.time) < 2:
         return 1.0

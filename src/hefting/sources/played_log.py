@@ -84,6 +84,7 @@ class PlayedLog(NamedSource):
 
 
 def _between(recording: Recording, after: float, until: float) -> list[Samples]:
+    """Samples later than `after` and not later than `until` [s]."""
     found: list[Samples] = []
     for name, stream in recording.streams.items():
         first, last = np.searchsorted(stream.time, (after, until), side="right")

@@ -234,6 +234,7 @@ class _File:
 
 
 def _joined(parts: list[Samples]) -> Stream:
+    """Samples in order of arrival, without those of another width than the first."""
     width = parts[0].values.shape[1]
     same = [part for part in parts if part.values.shape[1] == width]
     time = np.concatenate([part.time for part in same])

@@ -226,6 +226,7 @@ def _touch(changes: Changes) -> Message:
 
 
 def _part(stretch: Stretch) -> str:
+    """A stretch in words: its start and duration as arguments, and its body."""
     com, held = stretch.center_of_mass, f"{stretch.mass:.3g} kg"
     if com is not None:
         held += f", COM ({', '.join(f'{1e3 * x:.0f}' for x in com)}) mm"

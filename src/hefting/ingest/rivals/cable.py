@@ -88,6 +88,7 @@ def _place(case: Case, times: Array) -> Array:
 
 
 def _rows(case: Case, motion: Motion, place: Array) -> Rows:
+    """Rows of a body, a bias and a pull, for each of the laws in turn."""
     across = tangents_of(case.gravity)
     sides = [np.broadcast_to(side, place.shape) for side in across]
     body = case.features(motion)

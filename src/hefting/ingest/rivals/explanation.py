@@ -266,6 +266,7 @@ def with_poses(case: Case, what: str, recording: Recording) -> Case | None:
 
 
 def _path_of_poses(case: Case, recording: Recording) -> Path | None:
+    """The motion of the poses of a recording, without its inertial sensors."""
     if not case.path.moves:
         return static_path(recording)
     streams = recording.streams.items()

@@ -274,6 +274,7 @@ def _changing_rows(case: Case, motion: Motion, functions: Array) -> Rows:
 
 
 def _with_drift(case: Case, motion: Motion, functions: Array) -> Rows:
+    """Rows of one constant body, and of a bias composed of the same functions."""
     O = max(functions[..., 0, 0].size, len(motion.known))
     features = case.features(motion)
     known = np.broadcast_to(features, (O, *features.shape[1:]))

@@ -88,6 +88,7 @@ def _coarse(case: Case) -> tuple[float, float]:
 def _fit(
     case: Case, rate: float, offset: float, start: Fitted | None
 ) -> tuple[Fitted, Rows]:
+    """The fit, and the rows `OFFSET_STEP` before and after it."""
     around = offset + OFFSET_STEP * np.array((0.0, -1.0, 1.0))
     rows = newton_euler(case, case.motion_at(_times(case, rate, around)))
     return fit_rows(case, rows.part(slice(1)), start=start), rows.part(slice(1, 3))
