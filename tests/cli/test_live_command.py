@@ -242,6 +242,14 @@ def test_an_output_that_cannot_be_written_leaves_the_answer(
     assert json.loads(last)["mass"] > 0.0 if form else "verdict: good" in out
 
 
+@pytest.mark.usefixtures("_here")
+def test_an_output_that_is_left_out_is_in_the_exit_status(run, log, monkeypatch):
+    """As of `hefting identify`: of an open inertia, say, no URDF is written."""
+    monkeypatch.setattr("hefting.cli.live.wanted", lambda *_: [])
+    words = ("live", log, "--speed", "100", "--output", "a.urdf")
+    assert run(*words)[0] == 2
+
+
 def test_a_pipe_is_read_to_its_end(recording, log, run):
     live = subprocess.Popen(
         [*LIVE, "-", "--json"], stdin=subprocess.PIPE, stdout=subprocess.PIPE

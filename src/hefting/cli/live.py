@@ -284,7 +284,8 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
             say=render,
         )
         print_exported(exported)
-    return exit_status(estimate.verdict)
+    is_left_out = len(written) < len(a.output)
+    return exit_status(estimate.verdict) or (STATUS_NOT_WRITTEN if is_left_out else 0)
 
 
 def _check_outputs(a: argparse.Namespace) -> None:
