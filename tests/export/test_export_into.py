@@ -367,6 +367,11 @@ def test_hostile_and_broken_files(tmp_path, content, message):
     assert "\n" not in str(caught.value)
 
 
+def test_a_scene_that_only_includes_others_says_where_to_look(tmp_path):
+    with pytest.raises(InputError, match="no <body> .*: if it includes others"):
+        put(tmp_path, '<mujoco><include file="arm.xml"/></mujoco>', "mjcf", "hand")
+
+
 def test_missing_file(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         export(ESTIMATE, "urdf", into=tmp_path / "none.urdf", link="a")
