@@ -368,7 +368,7 @@ def test_hostile_and_broken_files(tmp_path, content, message):
 
 
 def test_a_scene_that_only_includes_others_says_where_to_look(tmp_path):
-    with pytest.raises(InputError, match="no <body> .*: if it includes others"):
+    with pytest.raises(InputError, match=r"no <body> .*: if it includes others"):
         put(tmp_path, '<mujoco><include file="arm.xml"/></mujoco>', "mjcf", "hand")
 
 
