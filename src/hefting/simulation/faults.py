@@ -163,11 +163,7 @@ def tilted_gravity(angle: float, heading: float) -> Array:
     """Gravity (3,) [m/s²] in the axes of a base tilted by `angle` [rad] about its axis
     at `heading` [rad] from x."""
     turn = angle * np.array((np.cos(heading), np.sin(heading), 0.0))
-    return (
-        Rotation.from_rotvec(turn)
-        .inv()
-        .apply(np.asarray(STANDARD_GRAVITY, dtype=float))
-    )
+    return Rotation.from_rotvec(turn).inv().apply(STANDARD_GRAVITY)
 
 
 STALLS = 3

@@ -46,10 +46,11 @@ wrench."""
 def explain(case: Case) -> Explanation | None:
     """The likeliest errors of the matrix (6, 6), to first order."""
     std = max(USUAL_ERROR, case.sensor_errors)
-    found = replace(_likeliest(case, ALL, std), effect=None)
-    return replace(
-        found, alternative=lambda: replace(_likeliest(case, GAINS, std), effect=None)
-    )
+
+    def of(free: Indices) -> Explanation:
+        return replace(_likeliest(case, free, std), effect=None)
+
+    return replace(of(ALL), alternative=lambda: of(GAINS))
 
 
 def errors_on_data_sheet(case: Case, times: float = 1.0) -> Explanation:

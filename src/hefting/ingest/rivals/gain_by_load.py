@@ -7,8 +7,6 @@ load or from zero, where its gain is right. The factor is common to the forces a
 the torques, as if all gauges had the same range.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from hefting.core.spatial import Array, distinct
@@ -57,9 +55,18 @@ def explain_hysteresis(case: Case) -> Explanation | None:
         "play or hysteresis"
     )
     fix = "check how it is mounted, and its cable"
-    found = Explanation(HYSTERESIS, what, fix, fitted, 1, rarity=2.0, of_many_laws=True)
     # intervals allow for as much as the sensor may have
-    return replace(found, effect=0.0) if SHARES[index] <= case.sensor_errors else found
+    effect = 0.0 if SHARES[index] <= case.sensor_errors else None
+    return Explanation(
+        HYSTERESIS,
+        what,
+        fix,
+        fitted,
+        1,
+        rarity=2.0,
+        of_many_laws=True,
+        effect=effect,
+    )
 
 
 def _lags(load: Array, shares: Array) -> Array:
