@@ -446,7 +446,7 @@ def test_an_object_that_comes_back_was_touched_unless_it_was_put_down(
     parts = [Part(30 * i, 30 * i + 30, label) for i, label in enumerate(labels)]
     time = cell * np.arange(30 * len(labels))
     found = SimpleNamespace(
-        cells=SimpleNamespace(first=time, last=time + cell),
+        cells=SimpleNamespace(first=time, last=time + cell, interval=cell),
         stretches=parts,
         labels=[*labels, NO_BODY],
         fit=SimpleNamespace(bodies=np.array(masses)[:, None] * np.ones(10)),
@@ -455,23 +455,24 @@ def test_an_object_that_comes_back_was_touched_unless_it_was_put_down(
 
 
 @pytest.mark.parametrize(
-    ("ends", "masses", "kept"),
+    ("ends", "masses", "cell", "kept"),
     [
-        ((0, 193, 200), (1.0, 1.1), [(0, 200, 0)]),  # 0.7 of 20 s at the end
-        ((0, 7, 200), (1.1, 1.0), [(0, 200, 1)]),  # and at the start
-        ((0, 193, 200), (1.0, 0.1), [(0, 193, 0), (193, 200, 1)]),  # put down
-        ((0, 188, 200), (1.0, 1.1), [(0, 188, 0), (188, 200, 1)]),  # 1.2 s
-        ((0, 48, 60), (1.0, 1.1), [(0, 48, 0), (48, 60, 1)]),  # much of the recording
-        ((0, 90, 193, 200), (1.0, 1.1, 1.2), [(0, 90, 0), (90, 200, 1)]),
+        ((0, 193, 200), (1.0, 1.1), 0.1, [(0, 200, 0)]),  # 0.7 of 20 s at the end
+        ((0, 7, 200), (1.1, 1.0), 0.1, [(0, 200, 1)]),  # and at the start
+        ((0, 193, 200), (1.0, 0.1), 0.1, [(0, 193, 0), (193, 200, 1)]),  # put down
+        ((0, 188, 200), (1.0, 1.1), 0.1, [(0, 188, 0), (188, 200, 1)]),  # 1.2 s
+        ((0, 48, 60), (1.0, 1.1), 0.1, [(0, 48, 0), (48, 60, 1)]),  # much of all
+        ((0, 90, 193, 200), (1.0, 1.1, 1.2), 0.1, [(0, 90, 0), (90, 200, 1)]),
+        ((0, 592, 600), (1.0, 1.1), 0.3, [(0, 600, 0)]),  # the shortest of 3 minutes
     ],
 )
-def test_a_body_held_briefly_at_an_end_is_its_neighbour(ends, masses, kept):
+def test_a_body_held_briefly_at_an_end_is_its_neighbour(ends, masses, cell, kept):
     """A tremor of the hand at the end of a right recording had been a slip of 15 mm."""
     labels = range(len(masses))
     parts = [Part(a, b, i) for a, b, i in zip(ends[:-1], ends[1:], labels, strict=True)]
-    time = 0.1 * np.arange(ends[-1])
+    time = cell * np.arange(ends[-1])
     found = SimpleNamespace(
-        cells=SimpleNamespace(first=time, last=time + 0.1),
+        cells=SimpleNamespace(first=time, last=time + cell, interval=cell),
         stretches=parts,
         labels=[*labels],
         fit=SimpleNamespace(bodies=np.array(masses)[:, None] * np.ones(10)),

@@ -31,9 +31,10 @@ from hefting.ingest.changes.cells import (
 
 NO_BODY = -1
 """Label of an interval without a body: a contact."""
-MOST_INTERVALS = 9
-"""Largest number of intervals that is examined: as a drift or a contact is divided into
-several, about three events. There are more if something is wrong all the time."""
+MOST_INTERVALS, SHORTEST_MEAN = 9, 3.0
+"""Largest number of intervals that is examined, or one in so many seconds [s] of a long
+recording, in which an object is picked up and placed again and again. There are more if
+something is wrong all the time."""
 FEWEST_CELLS_OF_REFERENCE = 15
 """Least number of cells of the interval whose residuals are the reference; a body
 explains any wrench in shorter ones."""
@@ -122,13 +123,13 @@ class Assignment:
 
 def assign(cells: Cells) -> Assignment | None:
     """The intervals of the cells with the fewest bodies that explain the wrench; None for
-    more than `MOST_INTERVALS`.
+    more intervals than events may cause.
 
     Contacts are left out first; then the two most similar bodies are merged, again and
     again, until their difference is significant.
     """
     intervals = partition(cells)
-    if len(intervals) > MOST_INTERVALS:
+    if len(intervals) > max(MOST_INTERVALS, np.ptp(cells.time) / SHORTEST_MEAN):
         return None
     model = JointModel(cells, intervals)
     long = [i for i in intervals if i[1] - i[0] >= FEWEST_CELLS_OF_REFERENCE]

@@ -26,8 +26,8 @@ from hefting.ingest.samples import Samples
 CELL_DURATION = 0.1
 """[s] Duration of a cell: short beside the half second to which a change is found, long
 beside the correlation time of a sensor's noise."""
-MOST_CELLS = 300
-"""Largest number of cells; in recordings of more than half a minute they last
+MOST_CELLS = 600
+"""Largest number of cells; in recordings of more than a minute they last
 longer."""
 SHORTEST_CONTACT = 0.7
 """[s] Shorter contacts are left out, as found by the robust fit; longer ones are
@@ -44,7 +44,7 @@ LARGEST_BIAS = np.repeat((50.0, 5.0), 3)
 """[N (3), N m (3)] Standard deviations of the bias's prior."""
 UNKNOWNS = 16
 """Unknowns of an interval: ten parameters and a bias."""
-MOST_BOUNDS = 60
+MOST_BOUNDS = 120
 """Largest number of places between which intervals are compared; changes are then moved
 to the best cell."""
 SHORTEST_INTERVAL = 0.8

@@ -53,8 +53,8 @@ SHORTEST_TOUCH = 0.7
 LONGEST_PUSH = 3.0
 """[s] A body between two stretches of another one was held if it lasts longer: hands
 that push the object are not as steady as a weight."""
-BRIEF_END, BRIEF_SHARE = 1.0, 0.1
-"""[s] Duration, and share of the recording, up to which another body at an end is no
+BRIEF_END, BRIEF_SHARE = 10, 0.1
+"""Number of cells, and share of the recording, up to which another body at an end is no
 change unless it is far lighter: a hand's tremor there had been slips of 15 mm."""
 SHORTEST_STRETCH = 1.5
 """[s] Shortest duration of the longest stretch for changes to be reported."""
@@ -187,7 +187,8 @@ def _without_excursions(found: Assignment) -> list[Part]:
         returns = i + 1 < len(parts) and parts[i + 1].label == before != now.label
         if not (returns and is_brief(now, kept[-1], LONGEST_PUSH)):
             kept.append(now)
-    brief = min(BRIEF_END, BRIEF_SHARE * (cells.last[-1] - cells.first[0]))
+    lasts = cells.last[-1] - cells.first[0]
+    brief = min(BRIEF_END * cells.interval, BRIEF_SHARE * lasts)
     if len(kept) > 1 and is_brief(kept[-1], kept[-2], brief):
         kept[-2:] = [kept[-2]._replace(end=kept[-1].end)]
     if len(kept) > 1 and is_brief(kept[0], kept[1], brief):
