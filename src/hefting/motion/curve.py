@@ -58,6 +58,10 @@ FEW_SAMPLES = 1.0
 """Bandwidth times sampling interval up to which the samples resolve the signal."""
 STRAIGHT = 0.05
 """Bend relative to the largest ones up to which a signal counts as straight."""
+BRIEF = 20.0
+"""Mean of the fourth power of the m-th difference of the coefficients, over that of its
+square squared, above which one penalty suits no part of a signal: 5/3 for one that goes
+on all the time, 20 for one that lasts for a twelfth of it, as a quick move in a dwell."""
 LARGE_BEND = 0.995
 """Quantile of the bends that counts as a large one: a few spikes are larger."""
 FEWEST_ROWS = 30
@@ -180,9 +184,17 @@ class Curve:
         penalty = smoothness.penalty(normal, dt)
         coefficients, factor = normal.solve(smoothness.order, penalty)
         curve = cls(normal.knots, coefficients, smoothness, data, factor)
-        if smoothness.order == min(ORDERS) and is_white(curve._residual()):
+        varies = smoothness.order == min(ORDERS) or curve._is_brief()
+        if varies and is_white(curve._residual()):
             return cls._fit_locally(data, smoothness, h, end) or curve
         return curve
+
+    def _is_brief(self) -> bool:
+        """Whether the signal changes in a small part of the time only."""
+        m = self.smoothness.order
+        rows = np.diff(self.coefficients, m, axis=0)[self.knots.rows_of_differences(m)]
+        square = np.sum(rows**2, axis=1)
+        return bool(np.mean(square**2) > BRIEF * np.mean(square) ** 2)
 
     def _residual(self) -> Array:
         """(K, d) residuals of samples of the signal inside a segment; for a long
