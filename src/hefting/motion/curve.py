@@ -59,9 +59,8 @@ FEW_SAMPLES = 1.0
 STRAIGHT = 0.05
 """Bend relative to the largest ones up to which a signal counts as straight."""
 BRIEF = 20.0
-"""Mean of the fourth power of the m-th difference of the coefficients, over that of its
-square squared, above which one penalty suits no part of a signal: 5/3 for one that goes
-on all the time, 20 for one that lasts for a twelfth of it, as a quick move in a dwell."""
+"""Mean square of the rows' squared differences over their squared mean, above which one
+penalty suits no part of a signal: 5/3 if it lasts all the time, 20 for a twelfth of it."""
 LARGE_BEND = 0.995
 """Quantile of the bends that counts as a large one: a few spikes are larger."""
 FEWEST_ROWS = 30

@@ -100,12 +100,9 @@ class Assignment:
         """Interval i extended by the cells that its body explains, up to the next interval
         with a body and down to the cell `lowest`."""
         begin, end = self.model.intervals[i]
-        others = [
-            first
-            for (first, _), label in zip(self.model.intervals, self.labels, strict=True)
-            if label != NO_BODY and first >= end
-        ]
-        highest = min(others, default=len(self.cells))
+        later = zip(self.model.intervals[i + 1 :], self.labels[i + 1 :], strict=True)
+        others = (first for (first, _), label in later if label != NO_BODY)
+        highest = next(others, len(self.cells))
         explained = self._explained(i)
         while end < highest and explained[end]:
             end += 1

@@ -44,9 +44,9 @@ LARGEST_BIAS = np.repeat((50.0, 5.0), 3)
 """[N (3), N m (3)] Standard deviations of the bias's prior."""
 UNKNOWNS = 16
 """Unknowns of an interval: ten parameters and a bias."""
-MOST_BOUNDS = 120
-"""Largest number of places between which intervals are compared; changes are then moved
-to the best cell."""
+MOST_BOUNDS, FARTHEST_BOUNDS = 60, 5
+"""Number of places between which intervals are compared, and cells between two of them
+where they are more; changes are then moved to the best cell."""
 SHORTEST_INTERVAL = 0.8
 """[s] Shortest interval: five equations for each unknown."""
 FEWEST_CELLS = 8
@@ -237,7 +237,7 @@ def partition(cells: Cells) -> list[Interval]:
         return [(0, M)]
     fits = Intervals(cells)
     most_skipped = max(1, int(LONGEST_TRANSITION / cells.interval + 0.5))
-    step = max(1, -(-M // MOST_BOUNDS))
+    step = min(max(1, -(-M // MOST_BOUNDS)), FARTHEST_BOUNDS)
     places = np.unique(np.append(np.arange(0, M, step), M))
     begin, end = np.triu_indices(len(places), 1)
     long_enough = places[end] - places[begin] >= shortest

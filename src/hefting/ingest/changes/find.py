@@ -81,9 +81,9 @@ def find_changes(samples: Samples, found: RobustFit, start: float) -> Changes | 
         return None
     try:
         cells = _cells(samples, found, found.fit.offset)
-        if cells is None:
-            return None
-        if not (has_long_contact(samples, found.outliers) or is_suspicious(cells)):
+        if cells is None or not (
+            has_long_contact(samples, found.outliers) or is_suspicious(cells)
+        ):
             return None
         best = _best_offset(samples, found, cells)
         return None if best is None else _changes(best, start)
@@ -116,14 +116,11 @@ def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment
 def _better(
     best: Assignment | None, samples: Samples, found: RobustFit, offsets: list[float]
 ) -> Assignment | None:
+    tried = [best]
     for offset in each("looking for changes of the object", offsets):
         cells = _cells(samples, found, offset)
-        other = None if cells is None else assign(cells)
-        if best is None or (
-            other is not None and _unexplained(other) < _unexplained(best)
-        ):
-            best = other
-    return best
+        tried.append(None if cells is None else assign(cells))
+    return min((a for a in tried if a is not None), key=_unexplained, default=None)
 
 
 def _is_explained(assignment: Assignment) -> bool:
@@ -153,10 +150,7 @@ def _changes(found: Assignment, start: float) -> Changes | None:
     a contact is distinguished from an error that lasts all the time."""
     parts = _without_excursions(found)
     touches = _touches(found, parts, start)
-    contacts = bool(touches)
-    if contacts and not _is_contact(found):
-        return None
-    if not contacts and not _is_change(found, parts):
+    if not (_is_contact(found) if touches else _is_change(found, parts)):
         return None
     stretches = _described(found, parts, touches, start)
     if max(stretch.duration for stretch in stretches) < SHORTEST_STRETCH:
@@ -196,22 +190,24 @@ def _without_excursions(found: Assignment) -> list[Part]:
     return kept
 
 
+def _otherwise(found: Assignment) -> float:
+    """Variance of the residuals of any linear function of the motion."""
+    return float(variance_of_any_linear_function(found.cells).max())
+
+
 def _is_change(found: Assignment, parts: list[Part]) -> bool:
     """Whether several bodies explain the wrench better than any linear function of the
     motion does, which an error that lasts all the time would be."""
     if len({part.label for part in parts}) < 2:
         return False
-    otherwise = float(variance_of_any_linear_function(found.cells).max())
-    return otherwise > BETTER_EXPLAINED * found.variance
+    return _otherwise(found) > BETTER_EXPLAINED * found.variance
 
 
 def _is_contact(found: Assignment) -> bool:
-    """Whether bodies and contacts explain the wrench far better than any linear function
-    of the motion does, which an error that lasts all the time would be."""
+    """Whether bodies and contacts explain the wrench far better than such functions."""
     if found.variance > LARGEST_VARIANCE_BESIDE_CONTACT:
         return False
-    otherwise = float(variance_of_any_linear_function(found.cells).max())
-    return otherwise > EXPLAINED_VARIANCE * max(found.variance, 1.0)
+    return _otherwise(found) > EXPLAINED_VARIANCE * max(found.variance, 1.0)
 
 
 def _touches(found: Assignment, parts: list[Part], start: float) -> list[Touch]:
