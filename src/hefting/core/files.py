@@ -227,8 +227,7 @@ def write_atomically(path: str | Path, content: str | bytes) -> None:
 @contextmanager
 def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
     """Context of a file that is written piece by piece and replaces `path` at the end,
-    with the same permissions, or leaves nothing if that is not reached. Raises
-    `InputError` as `write_atomically`.
+    or leaves nothing if that is not reached. Raises `InputError` as `write_atomically`.
     """
     import tempfile
 
@@ -241,7 +240,9 @@ def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
         try:
             with os.fdopen(handle, "wb") as stream:
                 yield stream
-            os.chmod(temporary, _mode_of(target))
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(temporary, 0o666 & ~umask)
             os.replace(temporary, target)
         except BaseException:
             os.unlink(temporary)
@@ -250,16 +251,6 @@ def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
         raise InputError(
             f"cannot be written ({error.strerror or error})", where=path
         ) from error
-
-
-def _mode_of(path: Path) -> int:
-    """Permissions of a file that is there, or else of a new one."""
-    try:
-        return stat.S_IMODE(os.stat(path).st_mode)
-    except FileNotFoundError:
-        umask = os.umask(0)
-        os.umask(umask)
-        return 0o666 & ~umask
 
 
 def load_toml(

@@ -4,9 +4,8 @@ be read up to its end."""
 
 from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,7 +187,6 @@ class _File:
         self.path, self._store = path, get_typestore(Stores.ROS2_HUMBLE)
         try:
             # other programs read it as it grows, so that it has its final name
-            self._lock = _locked(path)
             self._stream = path.open("wb", buffering=0)
         except OSError as error:
             raise self._error(error) from error
@@ -225,7 +223,6 @@ class _File:
             return
         writer.close()
         self._stream.close()
-        self._lock.close()
         self._check()
 
     def _check(self) -> None:
@@ -234,22 +231,6 @@ class _File:
 
     def _error(self, error: OSError) -> InputError:
         return InputError(f"cannot be written ({error.strerror or error})", self.path)
-
-
-def _locked(path: Path) -> BinaryIO:
-    """The file as it is, kept by this run until it is closed; `InputError` where another
-    one records to it, if the system can say so."""
-    kept = path.open("ab")
-    with suppress(ImportError):
-        from fcntl import LOCK_EX, LOCK_NB, flock
-
-        try:
-            flock(kept, LOCK_EX | LOCK_NB)
-        except BlockingIOError:
-            kept.close()
-            what = "is written by another run"
-            raise InputError(what, path, "choose another name") from None
-    return kept
 
 
 def _joined(parts: list[Samples]) -> Stream:
