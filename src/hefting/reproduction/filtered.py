@@ -72,7 +72,7 @@ class Observed:
         return cls(
             motion.time,
             motion.position + pose_noise[0] * rng.normal(size=(K, 3)),
-            (Rotation.from_matrix(np.array(motion.rotation)) * turns).as_quat(),
+            (Rotation.from_matrix(motion.rotation) * turns).as_quat(),
             wielding.measurements.wrench
             + np.array(wrench_noise) * rng.normal(size=(K, 6)),
         )

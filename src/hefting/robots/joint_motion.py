@@ -65,7 +65,7 @@ class SensorMotion:
         """(K, 4) unit quaternions x, y, z, w, sensor in world."""
         from scipy.spatial.transform import Rotation
 
-        return Rotation.from_matrix(np.array(self.rotation)).as_quat()
+        return Rotation.from_matrix(self.rotation).as_quat()
 
     @property
     def mean_speeds(self) -> tuple[float, float]:

@@ -363,7 +363,7 @@ def _pose(
     """Position (K, 3) and orientation (K, 4) with noise."""
     motion = wielding.motion
     place, turn = rng.normal(size=(2, len(motion.time), 3))
-    turned = Rotation.from_matrix(np.array(motion.rotation)) * Rotation.from_rotvec(
+    turned = Rotation.from_matrix(motion.rotation) * Rotation.from_rotvec(
         faults.pose_noise[1] * turn
     )
     return motion.position + faults.pose_noise[0] * place, turned.as_quat()

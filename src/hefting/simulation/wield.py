@@ -94,7 +94,7 @@ def simulate(
     turn = Rotation.from_rotvec(noisy(np.zeros((K, 3)), pose_noise[1]))
     streams = {
         "position": noisy(motion.position, pose_noise[0]),
-        "orientation": (Rotation.from_matrix(np.array(motion.rotation)) * turn).as_quat(),
+        "orientation": (Rotation.from_matrix(motion.rotation) * turn).as_quat(),
         "wrench": noisy(wrench, noise.force, noise.torque),
     }
     if exact:
