@@ -3,8 +3,6 @@ manipulated object."""
 
 from importlib import import_module
 
-from hefting.core.display import shown_by
-
 __version__ = "0.2.0"
 
 _HOME = {
@@ -100,4 +98,3 @@ def __dir__() -> list[str]:
     return sorted([*_HOME, *_methods(), "__version__"])
 
 
-shown_by("hefting.notebook")

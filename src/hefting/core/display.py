@@ -1,18 +1,7 @@
-"""Display: how results show themselves in a notebook.
-
-Notebooks show pictures, which the results' own packages do not import. The package
-itself names the module that makes them.
-"""
+"""Display: results show themselves in a notebook, by pictures that the results' own
+packages do not import."""
 
 from importlib import import_module
-
-_makers: list[str] = []
-
-
-def shown_by(module: str) -> None:
-    """Name the module whose ``html_of(value)`` makes the notebook display of a
-    value."""
-    _makers[:] = [module]
 
 
 class Shown:
@@ -21,4 +10,4 @@ class Shown:
     __slots__ = ()
 
     def _repr_html_(self) -> str | None:
-        return import_module(_makers[0]).html_of(self) if _makers else None
+        return import_module("hefting.notebook").html_of(self)
