@@ -96,5 +96,3 @@ def _methods() -> dict[str, type]:
 
 def __dir__() -> list[str]:
     return sorted([*_HOME, *_methods(), "__version__"])
-
-

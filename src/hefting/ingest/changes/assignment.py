@@ -178,9 +178,8 @@ def _with_a_contact(held: Mask) -> Mask:
     """(N, L) the choices with one more run of intervals without a body; one interval at
     least keeps its body."""
     L = len(held)
-    runs = itertools.combinations(range(L + 1), 2)
     others = []
-    for begin, end in runs:
+    for begin, end in itertools.combinations(range(L + 1), 2):
         other = held.copy()
         other[begin:end] = False
         if end - begin <= MOST_JOINED and other.any() and held[begin:end].any():

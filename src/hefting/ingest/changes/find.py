@@ -214,20 +214,16 @@ def _touches(found: Assignment, parts: list[Part], start: float) -> list[Touch]:
     cells = found.cells
     begins = [0, *(part.end for part in parts)]
     ends = [*(part.begin for part in parts), len(cells)]
-    touches = []
-    for begin, end in zip(begins, ends, strict=True):
-        if end > begin:
-            first, last = float(cells.first[begin]), float(cells.last[end - 1])
-            if last - first >= SHORTEST_TOUCH:
-                touches.append(Touch(first - start, last - start))
-    return touches
+    gaps = [
+        Touch(float(cells.first[begin]) - start, float(cells.last[end - 1]) - start)
+        for begin, end in zip(begins, ends, strict=True)
+        if end > begin
+    ]
+    return [gap for gap in gaps if gap.end - gap.start >= SHORTEST_TOUCH]
 
 
 def _described(
-    found: Assignment,
-    parts: list[Part],
-    touches: list[Touch],
-    start: float,
+    found: Assignment, parts: list[Part], touches: list[Touch], start: float
 ) -> list[Stretch]:
     """The stretches with their bodies, by a joint fit, and the events that end them."""
     cells, labels = found.cells, [part.label for part in parts]
