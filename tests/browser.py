@@ -23,19 +23,27 @@ ARGUMENTS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
+    "--use-angle=swiftshader-webgl",
     "--enable-unsafe-swiftshader",
 )
-"""WebGL is drawn by the processor; nothing is fetched in the background."""
+"""WebGL is drawn by the processor, and so is the page, without WebGL; nothing is fetched
+in the background."""
 DESKTOP, PHONE = (1440, 900), (390, 844)
 """Sizes of a window [pixels]."""
 LOOKS = ((DESKTOP, "light"), (PHONE, "dark"))
 """Each size and each scheme once: what a page does in one of them it does whatever the
 other is."""
 COARSE = "?fixedDpr=0.25"
-"""Lets viser draw a quarter of the pixels each way: a processor is as many times
-faster."""
+"""Lets viser draw a quarter of the pixels each way, and `SELDOM`: a processor is as many
+times faster."""
+SELDOM = """
+if (location.search.includes("fixedDpr")) {
+  const next = requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = draw => setTimeout(() => next(draw), 100);
+  window.cancelAnimationFrame = clearTimeout;
+}
+"""
+"""Ten frames a second, at most: as many as it can would keep a processor busy."""
 LONGEST = 60_000
 """[ms] A busy processor draws what a graphics card draws at once."""
 OWN = ("file:", "data:", "blob:", "about:", "http://127.0.0.1", "ws://127.0.0.1")
@@ -88,6 +96,7 @@ def browsing(
         has_touch=size == PHONE,
     )
     context.set_default_timeout(LONGEST)
+    context.add_init_script(SELDOM)
     visit = Visit(context.new_page())
 
     def on_console(message: Any) -> None:

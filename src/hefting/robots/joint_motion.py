@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, freeze, rotation_matrices, skew
+from hefting.core.spatial import Array, cross, freeze, rotation_matrices, skew
 from hefting.robots.robot import Robot
 
 
@@ -155,7 +155,7 @@ def require_its_joints(robot: Robot, joints: JointMotion) -> None:
 
 
 def _cross(u: Array, v: Array) -> Array:
-    return np.einsum("kij,kj->ki", skew(u), v)
+    return cross(u.T, v.T).T
 
 
 def _turned(axis: Array, angle: Array) -> Array:

@@ -5,6 +5,7 @@ do not move. `Arm.exceeded` reports joint speeds that the real arm does not reac
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -237,6 +238,7 @@ def _at_speed(
 
     low, high = 0.0, angular_speed
 
+    @cache
     def angular(scale: float) -> float:
         w = arm.angular_velocity(joints(scale))
         return float(np.linalg.norm(w, axis=1).mean()) - angular_speed
@@ -249,10 +251,9 @@ def _at_speed(
     scale = _root(angular, low, high)
     if speed_limit is not None:
         highest = _limit(speed_limit)
-        if _fastest(arm, joints(scale)) > highest:
-            scale = _root(
-                lambda scale: _fastest(arm, joints(scale)) - highest, 0.0, scale
-            )
+        excess = cache(lambda scale: _fastest(arm, joints(scale)) - highest)
+        if excess(scale) > 0.0:
+            scale = _root(excess, 0.0, scale)
     return joints(scale)
 
 

@@ -33,13 +33,10 @@ believed. In 99 correct recordings, simulated and real, the first decreased by a
 1.2. With joints that move one at a time an exchange may decrease the first by 1.3
 without a mistake, but not both."""
 POSITIONS = ("position", "velocity", "acceleration")
-KINDS = ((*POSITIONS, "torque"), ("torque",), POSITIONS)
 """Fields of `TorqueSamples` that a mistake affects together."""
 NEAR = np.array([(j, j + by) for j in range(20) for by in (1, 2)])
 """Pairs of joints that are exchanged: neighbours and second neighbours, as shoulder and
 elbow in alphabetical order."""
-WORDS = ("", "torques of ", "positions of ")
-"""Names of `KINDS` in messages."""
 ZEROS = (-90, 90, 180)
 """[degree] Angles between zeros by Denavit-Hartenberg and those of a URDF."""
 
@@ -125,16 +122,35 @@ def _rivals(
     dynamics = recorded.dynamics
     n, names = dynamics.joints, dynamics.names
     same = np.arange(n)
-    for fields, what in zip(KINDS, WORDS, strict=True):
-        for j in range(n):
-            sign = np.where(same == j, -1.0, 1.0)
-            words = f"with the {what or 'joint '}{names[j]} of the other sign"
-            yield _changed(recorded, runs, words, fields, same, sign)
-        for i, j in NEAR[np.isin(NEAR, enough).all(axis=1)].tolist():
-            order = same.copy()
-            order[[i, j]] = j, i
-            words = f"with the {what or 'joints '}{names[i]} and {names[j]} exchanged"
-            yield _changed(recorded, runs, words, fields, order, np.ones(n))
+    changes = [
+        (
+            "joint ",
+            f"{names[j]} of the other sign",
+            same,
+            np.where(same == j, -1.0, 1.0),
+        )
+        for j in range(n)
+    ]
+    for i, j in NEAR[np.isin(NEAR, enough).all(axis=1)].tolist():
+        order = same.copy()
+        order[[i, j]] = j, i
+        what = f"{names[i]} and {names[j]} exchanged"
+        changes.append(("joints ", what, order, np.ones(n)))
+    moved = []
+    for _, what, order, sign in changes:
+        changed = [
+            replace(
+                run, **{key: getattr(run, key)[:, order] * sign for key in POSITIONS}
+            )
+            for run in runs
+        ]
+        moved.append(Rival.of(f"with the positions of {what}", dynamics, changed))
+    # the regressors, which take long, are the same whatever the torques are
+    for rival, (joints, what, order, sign) in zip(moved, changes, strict=True):
+        yield _with_torques(rival, joints + what, order, sign)
+    for _, what, order, sign in changes:
+        yield _with_torques(recorded, f"torques of {what}", order, sign)
+    yield from moved
     # zeros of the first and last joint show in no torque
     turning = [j for j in same[1:-1] if dynamics.robot.limits[j]]
     for j, angle in product(turning, ZEROS):
@@ -160,22 +176,9 @@ def _gravity_sign(dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> flo
     return 1.0 if product >= 0.0 else -1.0
 
 
-def _changed(
-    recorded: Rival,
-    runs: Sequence[TorqueSamples],
-    words: str,
-    fields: Sequence[str],
-    order: Indices,
-    sign: Array,
-) -> Rival:
-    """A rival with the joints of some `fields` in another order (n,), times `sign`
+def _with_torques(rival: Rival, what: str, order: Indices, sign: Array) -> Rival:
+    """A rival with the torques of its joints in another order (n,), times `sign`
     (n,)."""
-    if fields == ("torque",):  # the regressors, which take long, are the same
-        values = recorded.values.copy()
-        values[..., -1] = values[:, order, -1] * sign
-        return replace(recorded, words=words, values=values)
-    changed = [
-        replace(run, **{key: getattr(run, key)[:, order] * sign for key in fields})
-        for run in runs
-    ]
-    return Rival.of(words, recorded.dynamics, changed)
+    values = rival.values.copy()
+    values[..., -1] = values[:, order, -1] * sign
+    return replace(rival, words=f"with the {what}", values=values)
