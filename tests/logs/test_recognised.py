@@ -348,6 +348,7 @@ def test_joints_keep_their_names(order, form):
         ("AxisAct_A{}", "Torque_A{}"),
         ("actuators[{}].position", "actuators[{}].torque"),
         ("theta{}", "tau{}"),
+        ("A{}", "torque{}"),
     ],
 )
 def test_joints_by_their_numbers_wherever_they_stand(positions, torques):
