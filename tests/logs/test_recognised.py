@@ -346,6 +346,7 @@ def test_joints_keep_their_names(order, form):
         ("joint_{}_pos", "joint_{}_torque"),
         ("J{} angle", "J{} torque"),
         ("AxisAct_A{}", "Torque_A{}"),
+        ("axisQMsr_LBR_iiwa_7_R800_1[{}]", "axisTauMsr_LBR_iiwa_7_R800_1[{}]"),
         ("actuators[{}].position", "actuators[{}].torque"),
         ("theta{}", "tau{}"),
         ("A{}", "torque{}"),

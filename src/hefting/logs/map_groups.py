@@ -97,8 +97,9 @@ CAMEL = (
 )
 """Beginning of a word in ``ForceXRaw``, ``力X``, not in KUKA's ``RIst_X``."""
 
-FRAMES = "^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])"
-"""Frames after a letter, as in EuRoC's ``p_RS_R_x`` and ``q_RS_w``."""
+FRAMES = r"^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])|(?<=Msr)_LBR_\w+(?=\[)"
+"""Frames after a letter, as in EuRoC's ``p_RS_R_x``, and KUKA's names of an arm, as in
+``axisQMsr_LBR_iiwa_7_R800_1[0]``."""
 
 
 NUMBERED = (

@@ -39,9 +39,9 @@ NEEDED = (
 """Streams whose canonical columns a guess must all use: a header with only some columns
 of a stream is a mistake, for which the canonical reader has an error."""
 
-ESTIMATED = re.compile("(?<![a-z])ext(?![a-z])|(?<![a-z])external|External")
+ESTIMATED = re.compile("(?<![a-z])ext(?![a-z])|(?<![a-z])external|External|cartForce")
 """Names of external wrenches, which are without the load: Franka's ``K_F_ext_hat_K``,
-Kinova's ``tool_external_wrench``, xArm's ``ft_ext_force``."""
+Kinova's ``tool_external_wrench``, xArm's ``ft_ext_force``, KUKA's ``cartForce1_X``."""
 
 RATES = (
     "linear_velocity",

@@ -250,8 +250,8 @@ def _exclusion(posterior: Posterior, far: float) -> Message:
     if posterior.shape_known:
         where = "inside the shape"
         so = (
-            "the answer is without the shape: is it the right one, in the right place "
-            "and size, and is a gripper held, too (`tool`)?"
+            "the answer is without the shape: is it the right one, of the right size, where "
+            "`object_pose` says (else at the sensor), and is a gripper held, too (`tool`)?"
         )
     if posterior.instead:
         so = f"the answer is without the shape, which would fit {posterior.instead}"
