@@ -349,6 +349,7 @@ def test_joints_keep_their_names(order, form):
         ("axisQMsr_LBR_iiwa_7_R800_1[{}]", "axisTauMsr_LBR_iiwa_7_R800_1[{}]"),
         ("actuators[{}].position", "actuators[{}].torque"),
         ("theta{}", "tau{}"),
+        ("A{}", "torque{}"),
     ],
 )
 def test_joints_by_their_numbers_wherever_they_stand(positions, torques):

@@ -12,8 +12,8 @@ from hefting.planning.information import JointInformation
 from hefting.planning.kinematics import Chain
 from hefting.planning.optimise import lagrangian
 from hefting.simulation.arm_links import TORQUE_ARMS
-from hefting.torques.equations import STICTION_SPEED
 from hefting.torques.runs import FRICTION_CHANGE, OFFSET_CHANGE
+from hefting.torques.samples import STICTION_SPEED
 
 pytest.importorskip("pinocchio")
 

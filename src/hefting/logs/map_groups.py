@@ -36,6 +36,7 @@ WORDS = {
         *("jointpos", "jointangle", "jangle", "axisposition", "axisangle", "axisa"),
         *("motorpos", "motorposition", "actuatorsposition", "theta"),
     ),
+    "axes": ("a",),
     "joint_torques": (
         *("tau", "tauj", "effort", "torque", "torques", "jointtorque", "jointtorques"),
         *("torquej", "torquea", "jtorque", "trq"),

@@ -30,11 +30,12 @@ def joints_of(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | N
     else:
         counts = range(9, FEWEST_JOINTS - 1, -1)
         choices = [groups.numbered("joint_positions", n, near) for n in counts]
-        # JointState calls angles positions, which alone might be another quantity
+        # JointState's ``position`` and KUKA's ``A1`` alone might be another quantity
         choices += [
-            groups.numbered("position", n, near)
+            groups.numbered(kind, n, near)
             for n in counts
             if groups.numbered("joint_torques", n, near)
+            for kind in ("position", "axes")
         ]
         choice = next(filter(None, choices), None)
         if choice is None or (

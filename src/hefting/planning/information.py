@@ -34,8 +34,8 @@ from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, frozen
 from hefting.planning.kinematics import Passed, TipMotion
-from hefting.torques.equations import STICTION_SPEED
 from hefting.torques.runs import FRICTION_CHANGE, OFFSET_CHANGE
+from hefting.torques.samples import STICTION_SPEED
 
 EFFECTS = FULL_MAP.reshape(12, 6, 10)
 """D (12, 6, 10)"""

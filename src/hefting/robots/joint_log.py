@@ -55,20 +55,14 @@ def with_poses(
     >>> sorted(hefting.with_poses(recording, robot).streams)
     ['joint_positions', 'orientation', 'position']
     """
-    if not recording.has("joint_positions"):
-        raise InputError(
-            "has no joint positions (columns q1..qn)",
-            recording.source,
-            "poses from a URDF need them",
-        )
     if not robot.screws:
         what = f"no joint moves the frame '{robot.sensor_frame}': it is fixed to the root '{robot.root}'"
         raise InputError(
             what, where=robot.source, fix="choose the frame of the force-torque sensor"
         )
-    stream = recording["joint_positions"]
     names = tuple(joint_names) or recording.joint_names
     columns = _joints_of_columns(names, recording, robot)
+    stream = recording["joint_positions"]
     q = stream.values[:, [columns.index(name) for name in robot.joints]]
     position, orientation = robot.poses(q)
     poses = {
@@ -98,8 +92,6 @@ def with_poses(
 def named_columns(recording: Recording, robot: Robot) -> dict[str, int]:
     """The column of each joint in the recording's joint positions, by name; columns and
     errors as in `with_poses`."""
-    if not recording.has("joint_positions"):
-        raise InputError("has no joint positions", recording.source)
     names = _joints_of_columns(recording.joint_names, recording, robot)
     return {name: column for column, name in enumerate(names)}
 
@@ -109,7 +101,11 @@ def _joints_of_columns(
 ) -> tuple[str, ...]:
     """The joint of each column, as in `with_poses`; `InputError` unless each of the
     robot's joints has one column."""
-    count, source = recording["joint_positions"].values.shape[1], recording.source
+    source = recording.source
+    if not recording.has("joint_positions"):
+        fix = "record columns q1..qn, or JointState"
+        raise InputError("has no joint positions", source, fix)
+    count = recording["joint_positions"].values.shape[1]
     if not names:
         return _joints_by_number(count, robot, source)
     if len(names) != count:

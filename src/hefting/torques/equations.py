@@ -12,7 +12,7 @@ beta and parameters of the payload phi. s is a smoothed sign. L is 1 in samples 
 payload and 0 in those without, so p_j and d_j are the changes of offset and Coulomb
 friction under load. The torque and all columns are averaged over 1 / `RATE`; the
 friction by load is computed from these averages, so another load does not need the
-samples. A row is left out where its joint is so slow that friction follows no law.
+samples. A row is left out where friction follows no law (`TorqueSamples.sliding`).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments, merged
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.samples import STICTION_SPEED, TorqueSamples, averages
+from hefting.torques.samples import TorqueSamples, averages
 
 OWN = (
     "offset",
@@ -98,14 +98,12 @@ class Rows:
         """
         starts = samples.bins(RATE)
         parts = [
-            _averages(dynamics, samples, part, loaded, arm_known)
-            for part in _parts(starts, len(samples.time))
+            [averages(x, own) for x in _columns(dynamics, part, loaded, arm_known)]
+            for part, own in _parts(samples, starts)
         ]
-        values, published, time, speed = (
-            np.concatenate(each) for each in zip(*parts, strict=True)
-        )
-        used = np.abs(speed) >= STICTION_SPEED
-        return cls(values, time, used, published if arm_known else None)
+        values, published = (np.concatenate(each) for each in zip(*parts, strict=True))
+        mean = samples.averaged(starts)
+        return cls(values, mean.time, mean.sliding, published if arm_known else None)
 
     def under(self, dynamics: JointDynamics, load: Load) -> Self:
         """The rows with the column of friction by load, |tau_j| s(dq_j), for `load`."""
@@ -121,7 +119,7 @@ class Rows:
         return replace(self, values=values)
 
 
-def columns(
+def _columns(
     dynamics: JointDynamics, samples: TorqueSamples, loaded: bool, arm_known: bool
 ) -> tuple[Array, Array]:
     """Columns (K, n, c) of every sample, as `Rows.values` but not averaged and with zero
@@ -146,28 +144,16 @@ def columns(
     return values, published
 
 
-def _parts(starts: Indices, samples: int) -> Iterator[Indices]:
-    """Edges of averages, about `ROWS_TOGETHER` samples together."""
-    edges, many = np.append(starts, samples), len(starts)
-    parts = min(samples // ROWS_TOGETHER + 1, many)
+def _parts(
+    samples: TorqueSamples, starts: Indices
+) -> Iterator[tuple[TorqueSamples, Indices]]:
+    """Consecutive samples, about `ROWS_TOGETHER`, and the starts of averages in them."""
+    count, many = len(samples.time), len(starts)
+    parts = min(count // ROWS_TOGETHER + 1, many)
+    edges = np.append(starts, count)
     for first, last in pairwise(np.linspace(0, many, parts + 1).astype(int)):
-        yield edges[first : last + 1]
-
-
-def _averages(
-    dynamics: JointDynamics,
-    samples: TorqueSamples,
-    edges: Indices,
-    loaded: bool,
-    arm_known: bool,
-) -> tuple[Array, ...]:
-    """Columns, torques of the URDF's arm, time and velocity, averaged between
-    `edges`."""
-    part = samples[int(edges[0]) : int(edges[-1])]
-    values, published = columns(dynamics, part, loaded, arm_known)
-    starts = edges[:-1] - edges[0]
-    each_sample = values, published, part.time, part.velocity
-    return tuple(averages(x, starts) for x in each_sample)
+        begin, end = edges[first], edges[last]
+        yield samples[begin:end], starts[first:last] - begin
 
 
 LEVELS = 7

@@ -45,7 +45,7 @@ FRICTION_BY_LOAD = 0.03
 """Standard deviation of the friction by load over the torque that causes it: strain wave
 gears have some percent."""
 NO_CHANGE = 1e-3
-"""Replaces `OFFSET_CHANGE` and `FRICTION_CHANGE` where nothing changes."""
+"""Factor of `OFFSET_CHANGE` and `FRICTION_CHANGE` where nothing changes."""
 LOAD_PASSES = 3
 """Number of fits before the last, each for the rigid-body torques of the next."""
 PUBLISHED_ERROR = 0.5
@@ -110,15 +110,14 @@ class LoadedRuns:
         load = (
             Load.published(self.dynamics) if calibration is None else calibration.load
         )
-        prior = drifting if self.drift else steady
+        prior = partial(drifting, times=1.0 if self.drift else NO_CHANGE)
         rows = _rows(self.dynamics, self.loaded, self.empty, self.arm_known)
         for _ in range(LOAD_PASSES):
             load = loads_of(self, fit(self._scales(rows, load), prior))
         scales = self._scales(rows, load)
         fitted = fit(scales, prior)
         if self.drift and fitted.changes > LARGEST_CHANGE:
-            wider = fitted.changes * np.array((OFFSET_CHANGE, FRICTION_CHANGE))
-            fitted = fit(scales, partial(_prior, offset=wider[0], friction=wider[1]))
+            fitted = fit(scales, partial(drifting, times=fitted.changes))
         return fitted
 
     def delayed(self, by: float, loaded: bool) -> Self:
@@ -145,23 +144,13 @@ class LoadedRuns:
         return own if self.calibration is None else own.merge(self.calibration.scales)
 
 
-def drifting(std: Array) -> Array:
+def drifting(std: Array, times: float = 1.0) -> Array:
     """Prior standard deviations (own, n) of the nuisances, for those of the noise (n,)
-    [N m], of runs between which gears warm up."""
-    return _prior(std, OFFSET_CHANGE, FRICTION_CHANGE)
-
-
-def steady(std: Array) -> Array:
-    """The same for parts of one recording, between which nothing changes."""
-    return _prior(std, NO_CHANGE, NO_CHANGE)
-
-
-def _prior(std: Array, offset: float, friction: float) -> Array:
-    """The same for changes of `offset` and `friction` in units of the noise."""
+    [N m], of runs between which gears warm up; `times` multiplies those of the changes."""
     prior = np.full((len(OWN), len(std)), np.inf)
     prior[equations.FRICTION_BY_LOAD] = FRICTION_BY_LOAD
-    prior[equations.OFFSET_CHANGE] = offset * std
-    prior[equations.FRICTION_CHANGE] = friction * std
+    prior[equations.OFFSET_CHANGE] = times * OFFSET_CHANGE * std
+    prior[equations.FRICTION_CHANGE] = times * FRICTION_CHANGE * std
     return prior
 
 

@@ -27,6 +27,9 @@ FEWEST = 20
 """Fewest samples of joint positions, and of torques, in a run."""
 STICTION_SPEED = 0.05
 """[rad/s] Speed below which the friction of a joint follows no law."""
+PRESLIDING = 0.005
+"""[rad] Travel after that within which it follows none either: friction builds up over
+some mrad, as teeth and bearings give way elastically."""
 STREAMS = ("joint_positions", "joint_torques", "joint_currents")
 """Streams of the joints from which torques are identified."""
 MOST_IN_A_ROW, LONGEST = 3, 0.06
@@ -106,6 +109,16 @@ class TorqueSamples:
         each = (getattr(self, x.name) for x in fields(self))
         return TorqueSamples(*(averages(values, starts) for values in each))
 
+    @property
+    def sliding(self) -> Mask:
+        """(K, n) whether a joint is neither slow nor just started or reversed."""
+        v = self.velocity
+        slow = np.abs(v) < STICTION_SPEED
+        slow[1:] |= v[1:] * v[:-1] < 0.0
+        last = np.maximum.accumulate(slow * np.arange(len(v))[:, None])
+        start = np.take_along_axis(self.position, last, axis=0)
+        return np.abs(self.position - start) > PRESLIDING
+
     def delayed(self, by: float) -> TorqueSamples:
         """The samples with a delay of the torques removed: each torque belongs to the
         motion `by` seconds before it."""
@@ -160,12 +173,8 @@ def samples_of(
     currents. Raises `InputError` if positions or torques are missing or of other joints,
     or currents have no gains.
     """
-    if not recording.has("joint_positions"):
-        raise InputError(
-            "has no joint positions", recording.source, "record q1..qn, or JointState"
-        )
-    stream = _torques(recording, gains)
     names = named_columns(recording, dynamics.robot)
+    stream = _torques(recording, gains)
     columns = [names[name] for name in dynamics.names]
     q = recording["joint_positions"]
     torque = recording[stream].values[:, columns]

@@ -19,10 +19,10 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD
-from hefting.torques.equations import FRICTION_BY_LOAD, OWN, RATE, Load, Rows, columns
+from hefting.torques.equations import FRICTION_BY_LOAD, OWN, RATE, Load, Rows
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import TYPICAL_PAYLOAD, LoadedRuns, loads_of
-from hefting.torques.samples import STICTION_SPEED, TorqueSamples, averages
+from hefting.torques.samples import TorqueSamples, averages
 
 INTERVAL = 0.1
 """[s] Time over which samples are averaged."""
@@ -153,12 +153,9 @@ class Suspects:
             *((run, False) for run in runs.empty),
         ):
             mean = raw.averaged(raw.bins(1.0 / INTERVAL))
-            used = np.abs(mean.velocity) >= STICTION_SPEED
-            values, published = columns(runs.dynamics, mean, loaded, runs.arm_known)
-            rows = Rows(
-                values, mean.time, used, published if runs.arm_known else None
-            ).under(runs.dynamics, self.load)
-            parts.append(_Run(raw, mean, used, rows.values, loaded))
+            rows = Rows.of(runs.dynamics, mean, loaded, runs.arm_known)
+            rows = rows.under(runs.dynamics, self.load)
+            parts.append(_Run(raw, mean, rows.used, rows.values, loaded))
         return tuple(parts)
 
     @cached_property
