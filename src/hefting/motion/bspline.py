@@ -152,22 +152,21 @@ class Knots:
 
     def roughness(self, coefficients: Array, m: int) -> float:
         """|D^m c|² of coefficients (n, d), summed over the segments."""
-        pieces = (coefficients.T[:, start:stop] for start, stop in self.spans)
-        return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
+        return float(np.sum(self.differences(coefficients, m) ** 2))
 
     def roughened(self, coefficients: Array, m: int, penalty: float | Array) -> Array:
         """D^m' L D^m c of coefficients (n, d), as in `Normal.solve`; by differences, as
         the products of `penalty` cancel for smooth curves."""
         out = np.zeros(coefficients.T.shape)
-        each = np.broadcast_to(penalty, len(self.rows_of_differences(m)))
-        first = 0
-        for start, stop in self.spans:
-            rows = np.diff(coefficients.T[:, start:stop], m)
-            rows = rows * each[first : first + rows.shape[1]]
-            first += rows.shape[1]
-            for a, factor in enumerate(np.diff(np.eye(m + 1), m)[:, 0], start):
-                out[:, a : a + rows.shape[1]] += factor * rows
+        rows = self.rows_of_differences(m)
+        weighted = self.differences(coefficients, m) * penalty
+        for a, factor in enumerate(np.diff(np.eye(m + 1), m)[:, 0]):
+            out[:, rows + a] += factor * weighted
         return out.T
+
+    def differences(self, coefficients: Array, m: int) -> Array:
+        """D^m c (d, r) of coefficients (n, d)."""
+        return np.diff(coefficients.T, m)[:, self.rows_of_differences(m)]
 
     def rows_of_differences(self, m: int) -> Integers:
         """First coefficient of each row of D^m; no row spans a gap."""

@@ -190,9 +190,8 @@ class Curve:
 
     def _is_brief(self) -> bool:
         """Whether the signal changes in a small part of the time only."""
-        m = self.smoothness.order
-        rows = np.diff(self.coefficients, m, axis=0)[self.knots.rows_of_differences(m)]
-        square = np.sum(rows**2, axis=1)
+        rows = self.knots.differences(self.coefficients, self.smoothness.order)
+        square = np.sum(rows**2, axis=0)
         return bool(np.mean(square**2) > BRIEF * np.mean(square) ** 2)
 
     def _residual(self) -> Array:
@@ -308,8 +307,8 @@ class Curve:
         interval = min(each.interval for each in self.observations)
         if interval * self.smoothness.bandwidth > FEW_SAMPLES:
             rows = self.knots.rows_of_differences(SUPPORT)
-            rough = np.diff(self.coefficients, SUPPORT, axis=0)[rows] / h**2
-            found[rows + SUPPORT // 2] = np.mean((UNRESOLVED * rough) ** 2, axis=1)
+            rough = self.knots.differences(self.coefficients, SUPPORT) / h**2
+            found[rows + SUPPORT // 2] = np.mean((UNRESOLVED * rough) ** 2, axis=0)
         return found
 
     def _variances(self, index: Integers, u: Array, orders: tuple[int, ...]) -> Array:

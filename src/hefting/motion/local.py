@@ -131,7 +131,7 @@ def fit_locally(
                 inverse = inverse_bands(factor, OVERLAP, STRETCH)
                 determined = 1.0 - penalty * _difference_variances(inverse, m)[per_row]
                 variance = _noise_variance(normal, c, inverse, d, floor)
-            squares = np.sum(np.diff(c, m, axis=0)[per_row] ** 2, axis=1)
+            squares = np.sum(knots.differences(c, m) ** 2, axis=0)
             determined = np.clip(determined, SMALLEST_DETERMINED_SHARE, 1.0)
             determined = np.convolve(determined, neighbours, "same")
             squares = np.convolve(squares, neighbours, "same")

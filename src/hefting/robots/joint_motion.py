@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, cross, freeze, rotation_matrices, skew
+from hefting.core.spatial import Array, freeze, rotation_matrices, skew
 from hefting.robots.robot import Robot
 
 
@@ -81,7 +81,7 @@ class SensorMotion:
         """(K,) speed [m/s] of a point (3,) [m] fixed in the sensor frame."""
         offset = self.rotation @ np.asarray(point, dtype=float)
         return np.linalg.norm(
-            self.linear_velocity + _cross(self.angular_velocity, offset), axis=1
+            self.linear_velocity + np.cross(self.angular_velocity, offset), axis=1
         )
 
 
@@ -100,8 +100,10 @@ def sensor_motion(robot: Robot, joints: JointMotion) -> SensorMotion:
     def carry(offset: Array) -> None:
         nonlocal position, velocity, acceleration
         position = position + offset
-        velocity = velocity + _cross(w, offset)
-        acceleration = acceleration + _cross(dw, offset) + _cross(w, _cross(w, offset))
+        velocity = velocity + np.cross(w, offset)
+        acceleration = (
+            acceleration + np.cross(dw, offset) + np.cross(w, np.cross(w, offset))
+        )
 
     for screw in robot.screws:
         carry(rotation @ (screw.point - at_rest))
@@ -115,9 +117,9 @@ def sensor_motion(robot: Robot, joints: JointMotion) -> SensorMotion:
         if screw.slides:
             carry(axis * amount)
             velocity = velocity + axis * rate
-            acceleration = acceleration + axis * change + 2.0 * _cross(w, axis * rate)
+            acceleration = acceleration + axis * change + 2.0 * np.cross(w, axis * rate)
         else:
-            dw = dw + axis * change + _cross(w, axis * rate)
+            dw = dw + axis * change + np.cross(w, axis * rate)
             w = w + axis * rate
             rotation = rotation @ _turned(screw.axis, amount[:, 0])
     carry(rotation @ (robot.home_position - at_rest))
@@ -146,16 +148,10 @@ def angular_velocity(robot: Robot, joints: JointMotion) -> Array:
 
 def require_its_joints(robot: Robot, joints: JointMotion) -> None:
     """`InputError` if a motion has another number of joints than the robot."""
-    if joints.position.shape[1] != len(robot.joints):
-        what = (
-            f"there are {joints.position.shape[1]} joints, but the arm has "
-            f"{len(robot.joints)}"
-        )
+    count, needed = joints.position.shape[1], len(robot.joints)
+    if count != needed:
+        what = f"there are {count} joints, but the arm has {needed}"
         raise InputError(what, where="JointMotion")
-
-
-def _cross(u: Array, v: Array) -> Array:
-    return cross(u.T, v.T).T
 
 
 def _turned(axis: Array, angle: Array) -> Array:

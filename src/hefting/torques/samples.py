@@ -112,12 +112,11 @@ class TorqueSamples:
     @property
     def sliding(self) -> Mask:
         """(K, n) whether a joint is neither slow nor just started or reversed."""
-        v = self.velocity
+        q, v = self.position, self.velocity
         slow = np.abs(v) < STICTION_SPEED
         slow[1:] |= v[1:] * v[:-1] < 0.0
         last = np.maximum.accumulate(slow * np.arange(len(v))[:, None])
-        start = np.take_along_axis(self.position, last, axis=0)
-        return np.abs(self.position - start) > PRESLIDING
+        return np.abs(q - np.take_along_axis(q, last, axis=0)) > PRESLIDING
 
     def delayed(self, by: float) -> TorqueSamples:
         """The samples with a delay of the torques removed: each torque belongs to the

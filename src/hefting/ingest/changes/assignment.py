@@ -32,9 +32,9 @@ from hefting.ingest.changes.cells import (
 NO_BODY = -1
 """Label of an interval without a body: a contact."""
 MOST_INTERVALS, SHORTEST_MEAN = 9, 3.0
-"""Largest number of intervals that is examined, or one in so many seconds [s] of a long
-recording, in which an object is picked up and placed again and again. There are more if
-something is wrong all the time."""
+"""Largest number of intervals that is examined, and their mean duration [s] from which
+on there may be more, as of an object that is placed again and again; shorter ones are of
+something that is wrong all the time."""
 FEWEST_CELLS_OF_REFERENCE = 15
 """Least number of cells of the interval whose residuals are the reference; a body
 explains any wrench in shorter ones."""

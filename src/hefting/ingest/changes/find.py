@@ -54,8 +54,8 @@ LONGEST_PUSH = 3.0
 """[s] A body between two stretches of another one was held if it lasts longer: hands
 that push the object are not as steady as a weight."""
 BRIEF_END, BRIEF_SHARE = 10, 0.1
-"""Number of cells, and share of the recording, up to which another body at an end is no
-change unless it is far lighter: a hand's tremor there had been slips of 15 mm."""
+"""Cells, and share of the recording, up to which another body at an end is no change
+unless it is far lighter: a hand's tremor there had been slips of 15 mm."""
 SHORTEST_STRETCH = 1.5
 """[s] Shortest duration of the longest stretch for changes to be reported."""
 OFFSETS = (0.05, -0.05, 0.1, -0.1, 0.15, 0.2, 0.25, 0.3)
