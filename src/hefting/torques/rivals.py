@@ -123,12 +123,7 @@ def _rivals(
     n, names = dynamics.joints, dynamics.names
     same = np.arange(n)
     changes = [
-        (
-            "joint ",
-            f"{names[j]} of the other sign",
-            same,
-            np.where(same == j, -1.0, 1.0),
-        )
+        ("joint ", f"{names[j]} of the other sign", same, 1.0 - 2.0 * (same == j))
         for j in range(n)
     ]
     for i, j in NEAR[np.isin(NEAR, enough).all(axis=1)].tolist():
@@ -139,9 +134,7 @@ def _rivals(
     moved = []
     for _, what, order, sign in changes:
         changed = [
-            replace(
-                run, **{key: getattr(run, key)[:, order] * sign for key in POSITIONS}
-            )
+            replace(run, **{x: getattr(run, x)[:, order] * sign for x in POSITIONS})
             for run in runs
         ]
         moved.append(Rival.of(f"with the positions of {what}", dynamics, changed))
@@ -177,8 +170,7 @@ def _gravity_sign(dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> flo
 
 
 def _with_torques(rival: Rival, what: str, order: Indices, sign: Array) -> Rival:
-    """A rival with the torques of its joints in another order (n,), times `sign`
-    (n,)."""
+    """`rival` with its torques in another order (n,), times `sign` (n,)."""
     values = rival.values.copy()
     values[..., -1] = values[:, order, -1] * sign
     return replace(rival, words=f"with the {what}", values=values)
