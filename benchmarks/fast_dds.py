@@ -49,13 +49,17 @@ class FastDds:
 
 @cache
 def library() -> ctypes.CDLL:
-    """``fast_dds.cpp``, compiled."""
-    with tempfile.TemporaryDirectory() as folder:
-        made = f"{folder}/fast_dds.so"
-        flags = ["-std=c++17", "-O1", "-Wall", "-Werror", "-shared", "-fPIC"]
-        libraries = ["-lfastrtps", "-lfastcdr"]
-        subprocess.run(["g++", *flags, SOURCE, "-o", made, *libraries], check=True)
-        loaded = ctypes.CDLL(made)
+    """``fast_dds.cpp``, compiled; kept, as that of Python is, until it changes."""
+    kept = SOURCE.parent / "__pycache__" / "fast_dds.so"
+    if not kept.exists() or kept.stat().st_mtime < SOURCE.stat().st_mtime:
+        kept.parent.mkdir(exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=kept.parent) as folder:
+            made = Path(folder) / "fast_dds.so"
+            flags = ["-std=c++17", "-O1", "-Wall", "-Werror", "-shared", "-fPIC"]
+            libraries = ["-lfastrtps", "-lfastcdr"]
+            subprocess.run(["g++", *flags, SOURCE, "-o", made, *libraries], check=True)
+            made.replace(kept)
+    loaded = ctypes.CDLL(str(kept))
     pointer, text = ctypes.c_void_p, ctypes.c_char_p
     loaded.participant.argtypes = [ctypes.c_uint]
     loaded.participant.restype = pointer

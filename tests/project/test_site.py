@@ -33,6 +33,7 @@ import hefting.plots.style
 
 SearchEnglish.stem = lambda self, word: word
 Figure.draw_without_rendering = lambda figure: None
+Figure.get_layout_engine = lambda figure: None
 hefting.plots.style.DPI = 60
 find, known = furo._compute_navigation_tree, {}
 

@@ -209,7 +209,6 @@ def fit(scales: TorqueScales, prior: Callable[[Array], Array]) -> TorqueFit:
     floor = np.maximum(FLOOR * size, 1e-12)
     std = np.maximum(FIRST * size, floor)
     for _ in range(PASSES):
-        # sums over all scales need no separate ones
         fitted = TorqueFit(TorqueScales((whole,)), std, prior(std))
         freedom = np.maximum(fitted.freedoms.sum(axis=0), 1.0)
         std = np.maximum(np.sqrt(fitted.squares.sum(axis=0) / freedom), floor)

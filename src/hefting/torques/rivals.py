@@ -33,7 +33,7 @@ believed. In 99 correct recordings, simulated and real, the first decreased by a
 1.2. With joints that move one at a time an exchange may decrease the first by 1.3
 without a mistake, but not both."""
 POSITIONS = ("position", "velocity", "acceleration")
-"""Fields of `TorqueSamples` that a mistake of the positions affects."""
+"""Fields of `TorqueSamples` that a mistake affects together."""
 NEAR = np.array([(j, j + by) for j in range(20) for by in (1, 2)])
 """Pairs of joints that are exchanged: neighbours and second neighbours, as shoulder and
 elbow in alphabetical order."""
@@ -122,10 +122,10 @@ def _rivals(
     dynamics = recorded.dynamics
     n, names = dynamics.joints, dynamics.names
     same = np.arange(n)
-    changes = []
-    for j in range(n):
-        sign = np.where(same == j, -1.0, 1.0)
-        changes.append(("joint ", f"{names[j]} of the other sign", same, sign))
+    changes = [
+        ("joint ", f"{names[j]} of the other sign", same, 1.0 - 2.0 * (same == j))
+        for j in range(n)
+    ]
     for i, j in NEAR[np.isin(NEAR, enough).all(axis=1)].tolist():
         order = same.copy()
         order[[i, j]] = j, i
@@ -134,7 +134,7 @@ def _rivals(
     moved = []
     for _, what, order, sign in changes:
         changed = [
-            replace(run, **{k: getattr(run, k)[:, order] * sign for k in POSITIONS})
+            replace(run, **{x: getattr(run, x)[:, order] * sign for x in POSITIONS})
             for run in runs
         ]
         moved.append(Rival.of(f"with the positions of {what}", dynamics, changed))
@@ -170,8 +170,7 @@ def _gravity_sign(dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> flo
 
 
 def _with_torques(rival: Rival, what: str, order: Indices, sign: Array) -> Rival:
-    """A rival with the torques of its joints in another order (n,), times `sign`
-    (n,)."""
+    """`rival` with its torques in another order (n,), times `sign` (n,)."""
     values = rival.values.copy()
     values[..., -1] = values[:, order, -1] * sign
     return replace(rival, words=f"with the {what}", values=values)
