@@ -75,7 +75,7 @@ def test_a_sensor_s_name_stands_for_its_data_sheet(name):
     sheet = SHEETS[name]
     assert name == sheet_name(sheet.model)
     assert sheet.document
-    assert min(sheet.ranges) > 0.0
+    assert 0.03 <= sheet.ranges[1] / sheet.ranges[0] <= 1.0 / 3.0  # [m]
     if not sheet.states_accuracy:
         assert sheet.remark
         with pytest.raises(InputError, match=sheet.remark):

@@ -125,6 +125,12 @@ def test_a_pose_that_never_changes_is_named():
         for names in (["orientation"], ["orientation", "position"])
     ]
     assert [message.code for message in said] == ["pose-constant"] * 2
+    turned = still(["orientation", "position"])
+    position = turned["position"].values.copy()
+    position[0] += 0.1  # before the first sample of a stream that stopped
+    first = Stream(turned["position"].time, position)
+    turned = replace(turned, streams={**turned.streams, "position": first})
+    assert still_pose_message(turned).startswith("the orientation never changes in ")
     assert said[0].startswith("the orientation never changes in ")
     assert said[1].startswith("the pose never changes in ")
 

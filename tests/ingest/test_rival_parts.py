@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from hefting.core.spatial import STANDARD_GRAVITY, WRENCH
 from hefting.ingest.offset import Design, _stands_out
 from hefting.ingest.response import Response
-from hefting.ingest.rivals import wrench_compensated
+from hefting.ingest.rivals import not_rigid, two_mistakes, wrench_compensated
 from hefting.ingest.rivals.axes_turned import (
     QUARTER_TURNS,
     _ascend,
@@ -141,6 +141,42 @@ def test_a_payload_is_told_from_half_a_percent_to_a_hundred_times_the_weight(
         assert wrench_compensated.explain(cast(Any, case)) is None
     case.path, case.gravity = SimpleNamespace(moves=True, kind="smooth"), np.zeros(3)
     assert wrench_compensated.explain(cast(Any, case)) is None
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_wrist_holds_an_object_within_its_reach(axis):
+    """Whichever axis the COM is on."""
+    for distance, held in ((0.9, True), (1.1, False)):
+        vector = np.zeros(10)
+        vector[0], vector[1 + axis] = -2.0, 2.0 * distance * two_mistakes.FARTHEST_COM
+        found = SimpleNamespace(vector=vector, is_too_heavy=False)
+        assert two_mistakes._is_held(cast(Any, found)) is held
+        found.is_too_heavy = True
+        assert not two_mistakes._is_held(cast(Any, found))
+
+
+@pytest.mark.parametrize(
+    ("last", "changes"), [(1.0, True), (0.0, False), (-1.0, False)]
+)
+def test_an_object_that_changes_never_weighs_nothing(last, changes):
+    """A mass through zero is a drift of the sensor."""
+    bodies = np.array([[2.0, 0.0, 0.1, 0.2], [last, 0.0, 0.05 * last, 0.1 * last]])
+    solution = np.append(np.zeros(6), bodies)
+    fitted = SimpleNamespace(best=0, solution=solution[None], scale=np.ones((1, 2)))
+    found = not_rigid._explanation(cast(Any, fitted), 2)
+    assert (found is not None) is changes
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_the_first_moment_lacks_as_much_as_the_mass_where_time_runs_too_fast(axis):
+    """Of 40 %: within a quarter of that of the first moment, whichever axis the COM is
+    on."""
+    for wrong, alike in ((0.0, True), (0.8, True), (1.2, False)):
+        solution = np.zeros(14)
+        solution[1 + axis] = 0.3
+        wrong *= wrench_compensated.ALIKE * 0.4 * 0.3
+        solution[11 + axis] = 0.6 * 0.3 + wrong
+        assert wrench_compensated._is_alike(solution, 0.4) is alike
 
 
 def test_gravity_is_along_an_axis_that_it_is_within_three_degrees_of():

@@ -18,7 +18,7 @@ from hefting.core.measurements import Noise
 from hefting.core.messages import codes
 from hefting.identification import calibrate, identify
 from hefting.identification.identify import _is_within_noise
-from hefting.ingest.tool import load_tool
+from hefting.ingest.tool import load_tool, with_tool
 from hefting.simulation import UR5, simulate
 from hefting.simulation.joints import random_smooth
 
@@ -137,6 +137,23 @@ def test_covariances_add():
     assert (one.std["mass"] ** 2) == pytest.approx(
         two.std["mass"] ** 2 + tool.std["mass"] ** 2
     )
+
+
+@pytest.mark.parametrize("without", [(True, False), (False, True), (True, True)])
+def test_a_covariance_that_the_tool_or_the_object_lacks_is_zero(without):
+    """PMD's estimates have none: what the other one has is left."""
+    each = [
+        Estimate(
+            "OLS", body, 100, covariance=None if bare else np.diag(np.arange(1.0, 11.0))
+        )
+        for body, bare in zip((OBJECT, GRIPPER), without, strict=True)
+    ]
+    found = with_tool(*each)
+    np.testing.assert_allclose(found.parameters.vector, BOTH.vector)
+    if without[0]:
+        assert found.covariance is None
+    else:
+        np.testing.assert_array_equal(found.covariance, each[0].covariance)
 
 
 def test_every_method_takes_it():

@@ -103,7 +103,7 @@ Z95 = 1.959963984540054
 """Half-width of a Gaussian's central 95 % interval, in standard deviations."""
 TYPICAL_LEVER = 0.07
 """[m] Range of torque over range of force of an unknown six-axis sensor; of those in
-`SHEETS` it is 0.03 to 0.2 m."""
+`SHEETS` it is 0.03 to 0.33 m."""
 TYPICAL_SHARE = 0.005
 """Share for an unknown sensor: half a percent, at the lower end of data sheets of
 six-axis sensors (0.5 to 2 % of full scale). No recording shows the gain of its sensor.
