@@ -409,6 +409,14 @@ def test_few_rows_tell_nothing():
     assert found(case) is None
 
 
+def test_no_row_tells_nothing():
+    """Of joints that tremble, whose friction follows no law; it had been a crash."""
+    case = changed(
+        right("ur5e"), lambda run: replace(run, velocity=0.0 * run.velocity), both=True
+    )
+    assert found(case) is None
+
+
 def test_angles_within_half_a_turn_are_those_of_the_turning_joint():
     """The last joint turns beyond pi, where some drivers go on at -pi; as it was
     smoothed as a jump, the COM was 16 to 96 mm wrong."""

@@ -179,7 +179,7 @@ class Suspects:
         joints = np.concatenate([np.nonzero(r.used.T)[0] for r in self.parts])
         rows = self.stacked(r.columns for r in self.parts)
         nuisances = np.eye(n)[joints][:, :, None] * rows[:, None, :own]
-        A = np.hstack((nuisances.reshape(len(rows), -1), rows[:, own:-1]))
+        A = np.hstack((nuisances.reshape(len(rows), n * own), rows[:, own:-1]))
         prior = np.zeros((n * own, A.shape[1]))
         prior[:, : n * own] = np.diag(1.0 / self.fit.prior.T.ravel())
         matrices, torques = [A, prior], [rows[:, -1], np.zeros(len(prior))]
