@@ -3,7 +3,7 @@ made at once.
 
 Each pair of 30 common mistakes, in N simulated recordings, without a shape: whether both
 are named, or one, which is then mended first, and whether an answer that is called good
-is wrong. Some eleven minutes for one seed on two cores.
+is wrong. Three to eleven minutes for one seed on two cores.
 """
 
 import argparse

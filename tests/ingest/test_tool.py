@@ -140,7 +140,7 @@ def test_covariances_add():
 
 
 @pytest.mark.parametrize("without", [(True, False), (False, True), (True, True)])
-def test_a_covariance_that_the_tool_or_the_object_lacks_is_zero(without):
+def test_a_tool_without_a_covariance_adds_none(without):
     """PMD's estimates have none: what the other one has is left."""
     each = [
         Estimate(
