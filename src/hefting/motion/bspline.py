@@ -158,10 +158,11 @@ class Knots:
         """D^m' L D^m c of coefficients (n, d), as in `Normal.solve`; by differences, as
         the products of `penalty` cancel for smooth curves."""
         out = np.zeros(coefficients.T.shape)
-        rows = self.rows_of_differences(m)
-        weighted = self.differences(coefficients, m) * penalty
+        each = np.zeros(self.size - m)
+        each[self.rows_of_differences(m)] = penalty
+        weighted = np.diff(coefficients.T, m) * each
         for a, factor in enumerate(np.diff(np.eye(m + 1), m)[:, 0]):
-            out[:, rows + a] += factor * weighted
+            out[:, a : a + len(each)] += factor * weighted
         return out.T
 
     def differences(self, coefficients: Array, m: int) -> Array:
