@@ -169,8 +169,7 @@ def test_an_object_that_changes_never_weighs_nothing(last, changes):
 
 @pytest.mark.parametrize("axis", range(3))
 def test_the_first_moment_lacks_as_much_as_the_mass_where_time_runs_too_fast(axis):
-    """Of 40 %: within a quarter of that of the first moment, whichever axis the COM is
-    on."""
+    """Of 40 %: within a tenth of what is missing, whichever axis the COM is on."""
     for wrong, alike in ((0.0, True), (0.8, True), (1.2, False)):
         solution = np.zeros(14)
         solution[1 + axis] = 0.3

@@ -141,7 +141,7 @@ def test_covariances_add():
 
 @pytest.mark.parametrize("without", [(True, False), (False, True), (True, True)])
 def test_a_tool_without_a_covariance_adds_none(without):
-    """PMD's estimates have none: what the other one has is left."""
+    """Nor does an object without one get the tool's."""
     each = [
         Estimate(
             "OLS", body, 100, covariance=None if bare else np.diag(np.arange(1.0, 11.0))

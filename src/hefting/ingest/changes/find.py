@@ -204,7 +204,8 @@ def _is_change(found: Assignment, parts: list[Part]) -> bool:
 
 
 def _is_contact(found: Assignment) -> bool:
-    """Whether bodies and contacts explain the wrench far better than such functions."""
+    """Whether bodies and contacts explain the wrench far better than any linear function
+    of the motion does."""
     if found.variance > LARGEST_VARIANCE_BESIDE_CONTACT:
         return False
     return _otherwise(found) > EXPLAINED_VARIANCE * max(found.variance, 1.0)
