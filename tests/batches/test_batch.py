@@ -13,6 +13,7 @@ from recorded import recorded
 
 import hefting
 from hefting.batches import batch, group, results
+from hefting.batches.batch import headline
 from hefting.batches.columns import columns, flat, table_of
 from hefting.batches.content import hash_of
 from hefting.batches.one import row_of
@@ -110,12 +111,14 @@ def test_what_is_the_same_stays_and_what_is_not_is_done_again(tmp_path, monkeypa
     data.whole[0].write_bytes(data.whole[4].read_bytes())  # another content
     data.broken[0].write_bytes(data.whole[5].read_bytes())  # mended
     third = batch(logs, tmp_path / "r", jobs=1, resume=True, **data.shared)
-    assert third.progress.kept == 2
+    assert (third.progress.kept, third.progress.anew) == (2, 2)
     assert third.progress.failed == 0
     assert third.table().num_rows == len(logs)
     options = {**data.shared, "start": 2.0}
     other = batch(logs, tmp_path / "r", jobs=1, resume=True, **options)
-    assert other.progress.kept == 0
+    assert (other.progress.kept, other.progress.anew) == (0, 4)
+    assert "4 rows replaced, of other options" in headline(other)
+    assert "replaced" not in headline(again)
     assert other.table().num_rows == len(logs)
 
 
@@ -281,7 +284,7 @@ def test_a_lock_on_a_file_that_was_taken_away_is_none(tmp_path, monkeypatch):
             path.unlink()
         return True
 
-    monkeypatch.setattr(results, "_lock", locks)
+    monkeypatch.setattr(results, "lock", locks)
     with results.locked(tmp_path):
         assert len(opened) == 2
         assert path.read_text().startswith(f"process {os.getpid()} ")

@@ -113,6 +113,10 @@ def test_an_output_does_not_overwrite_any_log(run, folder):
     result = run("identify", folder / "a.csv", log, "--output", log)
     assert refused(result, "b.json", "is an input and would be overwritten")
     assert refused(run("identify", log, log), "b.json", "given twice")
+    options = "--poses", "--sensor-pose-in-log", "--sensor-pose-in-flange", "--empty"
+    for option in (*options, "--arm", "--truth", "--bias"):
+        result = run("identify", folder / "a.csv", option, log, "--output", log)
+        assert refused(result, "b.json", "is an input and would be overwritten")
 
 
 def test_a_loop_of_links_and_an_empty_name_are_refused_in_one_line(run, tmp_path):

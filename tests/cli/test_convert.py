@@ -141,6 +141,7 @@ def test_what_is_refused(run, tmp_path):
     refused(run("convert", path, path), "would be overwritten")
     (tmp_path / "link.csv").symlink_to(path)
     refused(run("convert", path, tmp_path / "link.csv"), "would be overwritten")
+    (tmp_path / "map.csv").touch()
     refused(
         run("convert", path, tmp_path / "map.csv", "--map", tmp_path / "map.csv"),
         "would be overwritten",

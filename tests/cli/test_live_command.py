@@ -212,6 +212,7 @@ def test_a_record_that_cannot_be_written_leaves_the_answer(
     record = pytest.importorskip("hefting.sources.record")
     pytest.importorskip("foxglove", reason="a record needs foxglove-sdk")
     monkeypatch.setattr(record, "check_replaceable", lambda path: None)
+    monkeypatch.setattr(record, "lock", lambda handle: True)  # several tests have it
     monkeypatch.setattr("hefting.cli.live.check_output", lambda *paths: None)
     (path := tmp_path / "log.mcap").symlink_to("/dev/full")
     found = tmp_path / "found.json"
@@ -354,6 +355,9 @@ def test_what_a_robot_takes_is_printed_at_the_end(run, log):
         (("-", "--export-to", "urr"), "--export-to"),
         (("-", "--urdf", "robot.urdf"), "--sensor-frame"),
         (("-", "--map", "map.toml"), "is for logs"),
+        (("-", "--speed", "10"), "is for logs"),
+        (("-", "--export-to", "ur", "--sensor-pose-in-flange", "0,x"), "seven numbers"),
+        (("-", "--sensor-pose-in-flange", "0,0,0.1"), "give --output"),
         (("-", "--sensor-turned", "45"), "'45' is no turn"),
         (("-", "--sensor-turned", "z:4", "--sensor-pose-in-log", "p"), "give one of"),
         (("-", "--speed", "inf"), "--speed"),

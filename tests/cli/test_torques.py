@@ -100,6 +100,8 @@ def test_a_calibration_serves_as_the_empty_run(folder, run, tmp_path):
     )
     assert status == 0
     check(found)
+    held = run("identify", str(folder / "loaded.csv"), "--tool", arm)
+    assert refused(held, "give it as --arm")
     # of no other robot, gravity or mount, and the same run counts once
     text = (folder / "arm.urdf").read_text()
     longer = text.replace("-0.425 ", "-0.415 ")

@@ -80,3 +80,18 @@ def test_what_is_written_has_the_permissions_of_new_files(tmp_path):
         os.umask(before)
     if os.name == "posix":
         assert (tmp_path / "a.json").stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+def test_what_is_replaced_keeps_its_permissions(tmp_path):
+    """A model that a group may write is so after an export into it."""
+    path = tmp_path / "robot.urdf"
+    path.write_text("before")
+    path.chmod(0o664)
+    before = os.umask(0o077)
+    try:
+        files.write_atomically(path, "after")
+    finally:
+        os.umask(before)
+    assert path.read_text() == "after"
+    assert path.stat().st_mode & 0o777 == 0o664

@@ -195,6 +195,15 @@ def test_a_bias_that_an_estimator_leaves_in_is_not_passed_over(arrays, found):
     assert unbiased.mass == pytest.approx(found.mass, rel=0.02)
 
 
+def test_a_tare_is_the_mean_wrench_of_its_time(recording):
+    wrench = recording["wrench"]
+    mean = wrench.values[wrench.time - recording.start <= 0.5].mean(axis=0)
+    tared = hefting.identify(recording, bias="tare:0,0.5")
+    assert_same(tared, hefting.identify(recording, bias=mean), rtol=1e-12)
+    with pytest.raises(InputError, match="is for recordings"):
+        hefting.LiveIdentifier(bias="tare:0,0.5")
+
+
 def test_a_tool_from_its_file(recording, tmp_path):
     tool = hefting.calibrate(recording)
     tool.save(tmp_path / "tool.json")
@@ -223,6 +232,15 @@ def test_a_tool_from_its_file(recording, tmp_path):
         ({"nothing_like_it": 1}, "Bayes has no 'nothing_like_it'"),
         ({"latitude": 59.9}, r"hefting.Gravity.at\(latitude"),
         ({"truth": "truth.json"}, "hefting.errors_between"),
+        ({"urdf": "a.urdf", "sensor_frame": "b"}, "hefting.with_poses"),
+        ({"sensor_frame": "b"}, r"read_log\(log, sensor_frame=...\)"),
+        ({"map": "map.toml"}, r"as_recording\(log, column_map=...\)"),
+        ({"hull": True}, r"load_shape\(file, hull=...\)"),
+        ({"torques": True}, "by_torques.ByTorques"),
+        ({"output": "held.urdf"}, r"export\(found, ...\)"),
+        ({"sensor_turned": 45}, "'45' is no turn"),
+        ({"bias": "tare:2,1"}, "ends before it begins"),
+        ({"bias": "tare:50,60"}, "no wrench between 50 and 60 s"),
         ({"gravity": "down"}, "unknown gravity 'down'; use X,Y,Z"),
         ({"start": "2"}, "start is '2', not a number of seconds"),
         ({"duration": [1.0]}, "not a number of seconds"),

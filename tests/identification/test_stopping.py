@@ -363,6 +363,12 @@ def test_the_report_says_how_much_was_used(run, folder, command):
         out
     )
     assert "warning: not as sure as asked for: the mass is known to 0." in said(out)
+    limit = "known to 0.5% (--sensor-accuracy), and no motion improves it"
+    assert limit in said(out)
+    fine = ("--until", "mass=0.1%", "--sensor-accuracy", "0.01%")
+    _, out, _ = run(*command, *fine)
+    assert "not as sure as asked for" in said(out)
+    assert "no motion improves" not in said(out)
     _, out, _ = run(*command, "--duration", "1")
     assert "used, asked for" not in said(out)
     assert "taken as known" not in said(out)

@@ -202,6 +202,9 @@ def test_bias_files(tmp_path):
             load_bias(path)
     with pytest.raises(InputError, match="nothing"):
         load_bias(tmp_path / "nothing.json")
+    path.write_text('{"bias": null}')  # as of an estimate without
+    with pytest.raises(InputError, match="found no bias; leave it out"):
+        load_bias(path)
 
 
 @pytest.mark.parametrize("on_sensor", [False, True])

@@ -4,6 +4,7 @@ structured arrays."""
 import subprocess
 import sys
 
+import duckdb
 import numpy as np
 import pandas as pd
 import polars as pl
@@ -33,6 +34,7 @@ FORMS = {
     "pandas, time as index": lambda frame: frame.set_index("time"),
     "pandas, nullable": lambda frame: frame.convert_dtypes(),
     "pandas, of Arrow": lambda frame: frame.convert_dtypes(dtype_backend="pyarrow"),
+    "DuckDB": lambda frame: duckdb.from_df(frame),
     "pandas, object": lambda frame: frame.astype(object),
     "pandas, dates": lambda frame: frame.assign(
         time=pd.to_datetime(frame["time"], unit="s")

@@ -200,11 +200,26 @@ def test_files_that_cannot_be_written_are_refused(tmp_path):
         Recorder(tmp_path / "folder.mcap")
 
 
+@pytest.mark.skipif(os.name != "posix", reason="locks of POSIX")
+def test_a_file_that_another_run_records_to_is_left_alone(tmp_path):
+    given = streams(1.0)
+    first = Recorder(tmp_path / "log.mcap")
+    for samples in in_order(given)[:-1]:
+        first.add(samples)
+    with pytest.raises(InputError, match="written by another run"):
+        Recorder(tmp_path / "log.mcap")
+    first.add(in_order(given)[-1])
+    first.close()
+    assert agrees(tmp_path / "log.mcap", given)
+    Recorder(tmp_path / "log.mcap").close()  # free again
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
 def test_a_full_disk_is_told(tmp_path, monkeypatch):
     from hefting.sources import record
 
     monkeypatch.setattr(record, "check_replaceable", lambda path: None)
+    monkeypatch.setattr(record, "lock", lambda handle: True)  # several tests have it
     (tmp_path / "log.mcap").symlink_to("/dev/full")
     recorder = Recorder(tmp_path / "log.mcap")
     with pytest.raises(InputError, match="No space left"):  # as soon as it is

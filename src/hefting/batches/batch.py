@@ -36,6 +36,8 @@ class Progress:
     """of `done`, those whose row of an earlier run is kept"""
     failed: int = 0
     """number of new rows with an error"""
+    anew: int = 0
+    """number of new rows in place of others"""
 
 
 @immutable
@@ -162,6 +164,8 @@ def batch(
                 count.kept += recorded
             else:
                 count.failed += row["error"] is not None
+                name = row["name"] or row["recording"] or row["object"]
+                count.anew += results.kept.get(name) is not None
                 results.add(row)
             progress(count)
         results.gather(entries.identities())
@@ -191,6 +195,11 @@ def headline(found: Batch) -> str:
         text += f", {new / max(found.seconds, 1e-9):.3g} a second"
     if progress.kept:
         text += f"; {progress.kept:,} of them unchanged"
+    if progress.anew:
+        rows = "row" if progress.anew == 1 else "rows"
+        text += (
+            f"; {progress.anew:,} {rows} replaced, of other options, files or version"
+        )
     if found.summary.total != progress.done:
         rows = "row" if found.summary.total == 1 else "rows"
         text += f"; {found.summary.total:,} {rows} in all"

@@ -33,12 +33,12 @@ from hefting.logs.windows import needs_windows, windows
 from hefting.request.request import (
     files_of,
     identify_requested,
-    reading_of_one,
     request_of,
 )
 from hefting.request.settings import (
     hyperparameters_of,
     placed,
+    reading_of,
     recording_of,
     require_shape,
     shape_of,
@@ -279,7 +279,7 @@ def parts_of(
     """A recording, or each window of it, condensed. `from_others` has for each
     arguments of `hefting.identify` that follow from the other parts."""
     for k, recording in enumerate(_recordings(request, log)):
-        reading = reading_of_one(request, recording)
+        reading = reading_of(request)
         yield condense(
             recording,
             shape,

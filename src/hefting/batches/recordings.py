@@ -210,8 +210,8 @@ class Recordings:
             found = [name or path for name, path in zip(names, found, strict=True)]
         for name, count in Counter(filter(None, found)).items():
             if count > 1:
-                what = "stands twice in the manifest"
-                fix = "give each a `name` of its own, in a column of that name"
+                what = "is given twice"
+                fix = "give it once, or each a `name` in a column of a manifest"
                 raise InputError(what, name, fix)
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from hefting.batches.columns import SCHEMA, Row, columns, table_of
 from hefting.batches.content import Digests, Kept, digest_of, digests_of
 from hefting.core.errors import InputError
-from hefting.core.files import replacing
+from hefting.core.files import lock, replacing
 from hefting.core.spatial import Indices
 
 if TYPE_CHECKING:
@@ -283,7 +283,7 @@ def _opened_lock(path: Path) -> int:
     """
     while True:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        if not _lock(handle):
+        if not lock(handle):
             who = os.pread(handle, 200, 0).decode(errors="replace") or "another run"
             os.close(handle)
             what = f"{who} is writing there"
@@ -300,22 +300,3 @@ def _is_there(path: Path, handle: int) -> bool:
         return os.path.samestat(os.stat(path), os.fstat(handle))
     except FileNotFoundError:
         return False
-
-
-def _lock(handle: int) -> bool:
-    """Lock a file if no other process has; returns whether it is locked."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        import msvcrt
-
-        try:
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
-        except OSError:
-            return False
-        return True
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True

@@ -118,7 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check_report(a: argparse.Namespace) -> None:
     """`InputError` for names of results or page that cannot be used."""
-    check_report(a.report)
+    check_report(a)
     if Path(a.output).suffix.lower() in {".csv", ".parquet"}:
         fix = "name a folder, in which the table is recordings.parquet"
         raise InputError("names a file", a.output, fix)

@@ -64,8 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
             a.output,
             "choose a name that ends in .json",
         )
-    check_output(a.output, a.log, a.map, a.urdf)
-    check_report(a.report, a.log, a.map, a.urdf)
+    check_output(a.output, a)
+    check_report(a)
     require_torques(a)
     if a.torques and a.json:
         what = "is for a wrench, not for --torques"

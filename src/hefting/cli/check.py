@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     a = arguments
     if a.repair:
-        check_output(a.repair, a.urdf)
+        check_output(a.repair, a)
     repaired = repair_inertias(a.urdf)
     if a.repair:
         write_atomically(a.repair, repaired.after)

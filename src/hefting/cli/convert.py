@@ -69,7 +69,7 @@ def _run_plain(a: argparse.Namespace) -> None:
     from hefting.logs.registry import find_writer
 
     check_format(a.output)
-    check_output(a.output, a.log, a.map, a.urdf)
+    check_output(a.output, a)
     with progress("converting", stages={"reading the log": 1.0}):
         recording = part_of(a, read_recording(a))
         lost = write_log(recording, a.output)
@@ -90,8 +90,7 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
 
     require_shape(a)
     dashboard_for(a.output).check()
-    inputs = a.log, a.map, a.urdf, a.estimate, a.shape, a.object_pose
-    check_output(a.output, *inputs)
+    check_output(a.output, a)
     if a.log == a.estimate == "-":
         raise InputError("is the log already", "--with -", "name a file for one")
     estimate, shape = read_estimate(a.estimate), shape_of(a)

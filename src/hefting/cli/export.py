@@ -67,13 +67,14 @@ def run(arguments: argparse.Namespace) -> None:
     a = arguments
     require_shape(a)
     if a.output:
-        inputs = (a.estimate, a.into, a.sensor_pose_in_flange, a.shape, a.object_pose)
-        check_output(a.output, *inputs)
+        check_output(a.output, a)
         _check_suffix(a.output, a.to, a.into)
     flange = pose_of(a.sensor_pose_in_flange)
     pose = pose_of(a.object_pose)
     shape = load_shape(a.shape, a.unit, pose) if a.shape else None
     fill = fill_inertia_of(a.fill_inertia, shape)
+    if a.shape and a.fill_inertia != "shape":
+        raise InputError("is for --fill-inertia shape", "--shape", "give that as well")
     exported = export(
         read_estimate(a.estimate),
         a.to,

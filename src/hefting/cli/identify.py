@@ -23,6 +23,7 @@ from hefting.cli.options import (
     add_wrench,
     check_output,
     fill_inertia_of,
+    flange_of,
     read_recording,
 )
 from hefting.cli.outputs import (
@@ -43,9 +44,7 @@ from hefting.cli.torques import add_empty, add_torques, require_torques
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.request.settings import (
-    gravity_of,
     hyperparameters_of,
-    pose_of,
     reading_of,
     require_shape,
     shape_of,
@@ -164,15 +163,14 @@ def run(arguments: argparse.Namespace) -> int:
     require_torques(a)
     if a.torques:
         return _run_torques(a)
-    gravity = gravity_of(a)
-    flange = pose_of(a.sensor_pose_in_flange)
+    reading = reading_of(a)
+    flange = flange_of(a)
     known = _truth(a.truth)
 
     with progress("identifying", a.json):
         recording = _recordings(a)
         shape = shape_of(a)
         fill = fill_inertia_of(a.fill_inertia, shape)
-        reading = reading_of(a, gravity, recording)
         found = _identify(a, recording, shape, reading)
     comparison, estimates, best = _estimates(a, found)
     truth = known.parameters if known else None
@@ -209,7 +207,7 @@ def _run_torques(a: argparse.Namespace) -> int:
     outputs = wanted(a, estimates[best])
     truth = known.parameters if known else None
     errors = _errors(known, estimates, shape)
-    flange = pose_of(a.sensor_pose_in_flange)
+    flange = flange_of(a)
     written = write(outputs, estimates[best], flange, a.accept, fill)
     results = Results(estimates, best, None, truth, errors, written, ())
     return _print_results(a, results, outputs)
@@ -305,8 +303,7 @@ def _truth(path: str | None) -> "Truth | None":
 
 def _check_outputs(a: argparse.Namespace) -> None:
     """`InputError` for an output that cannot or must not be written."""
-    inputs = *a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
-    check_report(a.report, *inputs)
+    check_report(a)
     if not a.output:
         return
     from hefting.export import SUFFIXES
@@ -317,4 +314,4 @@ def _check_outputs(a: argparse.Namespace) -> None:
             picture_suffix(path)
         elif Path(path).suffix not in SUFFIXES:
             raise no_output_format(path, (*SUFFIXES, *FORMATS))
-        check_output(path, *inputs)
+        check_output(path, a)

@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.inspection import inspect
 
     a = arguments
-    check_report(a.report, a.log, a.map, a.urdf, a.tool)
+    check_report(a)
     with progress("inspecting", a.json):
         found = inspect(
             read_recording(a),

@@ -27,6 +27,7 @@ from hefting.cli.options import (
     add_wrench,
     check_output,
     fill_inertia_of,
+    flange_of,
 )
 from hefting.cli.outputs import (
     STATUS_NOT_WRITTEN,
@@ -44,7 +45,6 @@ from hefting.request.settings import (
     bias_of,
     gravity_of,
     hyperparameters_of,
-    pose_of,
     require_shape,
     robot_of,
     sensor_pose_of,
@@ -172,6 +172,7 @@ def _run(a: argparse.Namespace) -> int:
 
     require_shape(a)
     _check_outputs(a)
+    flange = flange_of(a)
     source = source_of(a.source, _request(a))
     shape = shape_of(a)
     fill = fill_inertia_of(a.fill_inertia, shape)
@@ -205,7 +206,9 @@ def _run(a: argparse.Namespace) -> int:
     if found is None or found.estimate is None:
         say(no_answer(found, render))
         return STATUS_DO_NOT_USE
-    return _finish(a, found, fill) or (STATUS_NOT_WRITTEN if record.failed else 0)
+    return _finish(a, found, fill, flange) or (
+        STATUS_NOT_WRITTEN if record.failed else 0
+    )
 
 
 @contextmanager
@@ -252,12 +255,13 @@ def _follow(
                 view(found)
 
 
-def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
+def _finish(
+    a: argparse.Namespace, found: "LiveEstimate", fill: Any, flange: Any
+) -> int:
     from hefting.export import export
 
     estimate = found.estimate
     assert estimate is not None
-    flange = pose_of(a.sensor_pose_in_flange)
     written, failure = [], None
     try:
         written = write(wanted(a, estimate), estimate, flange, a.accept, fill)
@@ -291,14 +295,13 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
 def _check_outputs(a: argparse.Namespace) -> None:
     from hefting.export import SUFFIXES, TARGETS
 
-    inputs = a.source, a.shape, a.bias, a.object_pose, a.map, a.urdf, a.tool
     if a.record:
-        check_output(a.record, *inputs, *a.output)
+        check_output(a.record, a)
     for path in a.output:
         if Path(path).suffix not in SUFFIXES:
             what = f"'{Path(path).suffix}' is not an output format"
             raise InputError(what, path, f"use {', '.join(SUFFIXES)}")
-        check_output(path, *inputs)
+        check_output(path, a)
     if a.export_to and a.export_to not in TARGETS:
         what = f"unknown target '{a.export_to}'"
         raise InputError(what, "--export-to", f"use {', '.join(TARGETS)}")
@@ -314,9 +317,9 @@ def _request(a: argparse.Namespace) -> "Request":
     if not 0 < a.speed <= FASTEST:
         what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"
         raise InputError(what, "--speed", "use hefting identify for a whole log")
-    if a.map is not None and _is_live(a.source):
-        what = "is for logs only"
-        raise InputError(what, "--map", "leave it out")
+    for option, is_given in (("--map", a.map), ("--speed", a.speed != 1.0)):
+        if is_given and _is_live(a.source):
+            raise InputError("is for logs only", option, "leave it out")
     named = {role: getattr(a, f"{role}_topic") for role in ROLES}
     topics = {role: name for role, name in named.items() if name}
     if a.urdf:
@@ -337,11 +340,7 @@ def _is_live(source: str) -> bool:
 def _settings(a: argparse.Namespace) -> dict[str, Any]:
     settings = hyperparameters_of(a)
     settings |= {"gravity": gravity_of(a), "sign": a.wrench, "rate": a.rate}
-    bias = bias_of(a.bias)
-    if isinstance(bias, list):
-        what = f"'{a.bias}' is for recordings"
-        raise InputError(what, "--bias", "use auto, none, estimate or a JSON file")
-    settings["bias"] = bias
+    settings["bias"] = bias_of(a.bias)
     if a.method is not None:
         settings["method"] = a.method
     if a.tool:

@@ -4,6 +4,7 @@ import argparse
 import os
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,12 +16,15 @@ from hefting.core.files import check_replaceable
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
     from hefting.core.recording import Recording
+    from hefting.core.spatial import Array
     from hefting.export.known import Fill
     from hefting.shapes import Shape
 
 GRAVITY = "0,0,-9.80665"
 """`hefting.core.spatial.STANDARD_GRAVITY` as on the command line."""
 POSE = "x,y,z[,qx,qy,qz,qw] [m], or a JSON file with a 4 x 4 matrix"
+OUTPUTS = {"output", "report", "record", "save", "repair"}
+"""Options that name files to write."""
 ESTIMATE = "written by hefting identify --output; - reads standard input"
 
 
@@ -296,23 +300,34 @@ def read_recording(
     return replace(recording, source=NAME) if arguments.log == "-" else recording
 
 
-def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` as of `check_place`, and for an existing output that is not a regular
-    file."""
-    check_place(path, *inputs)
-    check_replaceable(path, *inputs)
+def check_output(path: str, a: argparse.Namespace) -> None:
+    """`InputError` as of `check_place`, for an existing output that is no regular file,
+    and for a file that any other option names."""
+    check_place(path)
+    given = (value for name, value in vars(a).items() if name not in OUTPUTS)
+    words = chain.from_iterable(v if isinstance(v, list) else [v] for v in given)
+    check_replaceable(path, *(word for word in words if isinstance(word, str)))
 
 
-def check_place(path: str, *inputs: str | None) -> None:
-    """`InputError` for standard output, an output in an absent folder, and one that is
-    also an input, also by a link."""
+def flange_of(a: argparse.Namespace) -> "Array | None":
+    """The given pose (4, 4) of the sensor in the flange, or None; `InputError` where
+    nothing is written in flange axes."""
+    from hefting.request.settings import pose_of
+
+    flange = pose_of(a.sensor_pose_in_flange)
+    used = a.output or getattr(a, "report", None) or getattr(a, "export_to", None)
+    if flange is not None and not used:
+        what, fix = "is for files to write", "give --output FILE"
+        raise InputError(what, "--sensor-pose-in-flange", fix)
+    return flange
+
+
+def check_place(path: str) -> None:
+    """`InputError` for standard output, and an output in an absent folder."""
     if path == "-":
         raise InputError("is no name of a file", path, "choose another name")
     if not Path(path).absolute().parent.is_dir():
         raise InputError("the folder does not exist", where=path)
-    if any(is_same(path, name) for name in inputs if name):
-        what = "is an input and would be overwritten"
-        raise InputError(what, path, "choose another name")
 
 
 def is_same(path: str, other: str) -> bool:

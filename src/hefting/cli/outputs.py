@@ -137,9 +137,10 @@ def add_report(parser: argparse._ActionsContainer) -> None:
     add_verbose(parser)
 
 
-def check_report(path: str | None, *inputs: str | None) -> None:
+def check_report(a: argparse.Namespace) -> None:
     """`InputError` for a page that cannot or must not be written,
     `MissingDependencyError` without what draws it."""
+    path = a.report
     if path is None:
         return
     if Path(path).suffix.lower() != SUFFIX:
@@ -148,7 +149,7 @@ def check_report(path: str | None, *inputs: str | None) -> None:
     from hefting.page.html import require_plotly
 
     require_plotly()
-    check_output(path, *inputs)
+    check_output(path, a)
 
 
 def identified(

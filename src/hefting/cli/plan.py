@@ -188,7 +188,6 @@ def _check_outputs(a: argparse.Namespace) -> None:
     from hefting.plots.style import FORMATS as PICTURES
     from hefting.plots.style import picture_suffix
 
-    inputs = a.urdf, a.estimate, a.shape, a.object_pose, a.srdf, a.noise_from
     known = (*FORMATS, *PICTURES, PLAYER)
     for path in a.output:
         suffix = Path(path).suffix.lower()
@@ -197,7 +196,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
             raise InputError(what, path, f"use {', '.join(known)}")
         if is_picture(path):
             picture_suffix(path)
-        check_output(path, *inputs)
+        check_output(path, a)
 
 
 def _require_joints(a: argparse.Namespace) -> None:

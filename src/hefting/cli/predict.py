@@ -75,8 +75,8 @@ def run(arguments: argparse.Namespace) -> int:
     for path in a.output:
         if Path(path).suffix.lower() not in formats:
             raise no_output_format(path, formats)
-        check_output(path, a.estimate, a.log, a.map, a.urdf, a.tool)
-    check_report(a.report, a.estimate, a.log, a.map, a.urdf, a.tool)
+        check_output(path, a)
+    check_report(a)
     if a.gravity == "estimate":
         raise InputError(
             "the motion does not determine gravity", "--gravity", "give X,Y,Z"

@@ -67,8 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     a = arguments
     suffix = picture_suffix(a.output)
-    inputs = a.shape, a.object_pose, a.log, a.estimate, a.map, a.urdf, a.tool
-    check_output(a.output, *inputs)
+    check_output(a.output, a)
     with progress("drawing"):
         shape = shape_of(a)
         if shape is None:

@@ -45,7 +45,7 @@ def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
     outputs = [str(path) for path in (a.output, truth, a.mesh, *more) if path]
     inputs = [*a.object.split(","), a.arm, *([a.object_pose] if a.object_pose else [])]
     for i, path in enumerate(outputs):
-        check_place(path, *inputs)
+        check_place(path)
         if any(is_same(path, name) for name in outputs[:i]):
             what = "two results would have this name"
             raise InputError(what, path, "choose another name")

@@ -114,7 +114,7 @@ def _session(
     settings."""
     from hefting.identification.truth import load_truth
     from hefting.ingest.ingest import ingest
-    from hefting.request.request import reading_of_one
+    from hefting.request.settings import reading_of
     from hefting.viewer import Playback, Session
 
     truth = load_truth(a.truth).parameters if a.truth else None
@@ -122,7 +122,7 @@ def _session(
     recording = read_recording(a)
     shape = shape_of(a)
     hyperparameters = hyperparameters_of(a)
-    found = ingest(recording, **reading_of_one(a, recording))
+    found = ingest(recording, **reading_of(a))
     session = Session(found, shape, hyperparameters, given, truth)
     settings = _settings(a.method, session, hyperparameters)
     return session, Playback(recording, found), recording, settings
@@ -155,8 +155,7 @@ def _check_output(a: argparse.Namespace) -> None:
         return
     if Path(a.save).suffix.lower() not in (".html", ".htm"):
         raise InputError("a player is a .html file", a.save, "as in player.html")
-    inputs = a.log, a.shape, a.object_pose, a.map, a.urdf, a.estimate, a.truth, a.tool
-    check_output(a.save, *inputs)
+    check_output(a.save, a)
 
 
 def _save(viewer: "Viewer", path: str, log: str) -> None:

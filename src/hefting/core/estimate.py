@@ -311,6 +311,9 @@ class Estimate(Shown):
         content: Any = read_json(path, fix)
         data = cast(dict[str, Any], content) if isinstance(content, dict) else {}
         data = recommended_of(data)
+        if "mechanics" in data:
+            what, fix = "is of an arm, by its torques", "give it as `arm`"
+            raise InputError(what, path, fix)
         if data.get("schema") != SCHEMA:
             raise InputError(f"is not an estimate of schema {SCHEMA}", path, fix)
         try:

@@ -227,7 +227,8 @@ def write_atomically(path: str | Path, content: str | bytes) -> None:
 @contextmanager
 def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
     """Context of a file that is written piece by piece and replaces `path` at the end,
-    or leaves nothing if that is not reached. Raises `InputError` as `write_atomically`.
+    with the permissions of a file there, or leaves nothing if that is not reached.
+    Raises `InputError` as `write_atomically`.
     """
     import tempfile
 
@@ -240,9 +241,7 @@ def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
         try:
             with os.fdopen(handle, "wb") as stream:
                 yield stream
-            umask = os.umask(0)
-            os.umask(umask)
-            os.chmod(temporary, 0o666 & ~umask)
+            os.chmod(temporary, _mode_of(target))
             os.replace(temporary, target)
         except BaseException:
             os.unlink(temporary)
@@ -251,6 +250,35 @@ def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
         raise InputError(
             f"cannot be written ({error.strerror or error})", where=path
         ) from error
+
+
+def _mode_of(path: Path) -> int:
+    """Permissions of a file, or of a new one where there is none."""
+    if path.exists():
+        return stat.S_IMODE(os.stat(path).st_mode)
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask
+
+
+def lock(handle: int) -> bool:
+    """Lock an open file if no other has locked it; returns whether it is locked. The
+    system unlocks it where it is closed."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        import msvcrt
+
+        try:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+        except OSError:
+            return False
+        return True
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def load_toml(

@@ -28,12 +28,18 @@ from hefting.shapes import as_pose, as_shape
 
 Sign = Literal["auto", "on-object", "on-sensor"]
 INSTEAD = {
-    "truth": "compare with it by hefting.errors_between(found.estimate.parameters, ...)",
-    "latitude": "give `gravity`=hefting.Gravity.at(latitude, altitude)",
-    "altitude": "give `gravity`=hefting.Gravity.at(latitude, altitude)",
-    "box": 'give `shape`="box:X0,X1,Y0,Y1,Z0,Z1" [m]',
-    "poses": "give `recording`=hefting.read_log(log, poses=...)",
-    "column_map": "give `recording`=hefting.as_recording(log, column_map=...)",
+    "compare with it by hefting.errors_between(found.estimate.parameters, ...)": "truth",
+    "give `gravity`=hefting.Gravity.at(latitude, altitude)": "latitude altitude",
+    'give `shape`="box:X0,X1,Y0,Y1,Z0,Z1" [m]': "box",
+    "give `shape`=hefting.load_shape(file, {}=...)": "hull points points_per_cm3",
+    "give `recording`=hefting.read_log(log, {}=...)": "poses sensor_frame world_frame "
+    "wrench_topic pose_topic twist_topic joint_topic imu_topic",
+    "give `recording`=hefting.as_recording(log, column_map=...)": "column_map map",
+    "give `recording`=hefting.with_poses(hefting.read_log(log), "
+    "hefting.Robot.from_urdf(urdf, sensor_frame))": "urdf",
+    "use hefting.identification.by_torques.ByTorques": "torques torque_gains empty arm",
+    "give it to hefting.export.export(found, ...)": "accept fill_inertia output "
+    "sensor_pose_in_flange",
 }
 """Replacements of the command's options that `identify` does not have."""
 Method = str | type[Estimator] | Estimator
@@ -124,8 +130,9 @@ def identify(
     bias : {"auto", "estimate", "none"}, (6,), path or (n, 6)
         ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there
         is none, ``"auto"`` keeps one that exceeds three standard deviations; or six
-        numbers [N, N m], as recorded, to subtract, or a JSON file of them; (n, 6) are
-        one for each of n recordings.
+        numbers [N, N m], as recorded, to subtract, or a JSON file of them, or
+        ``"tare:START,END"`` [s] for the mean of that time; (n, 6) are one for each of n
+        recordings.
     motion : {"auto", "columns", "smooth", "filter"}
         Source of velocities and accelerations, see `hefting.measure`.
     start, duration : float, optional
@@ -216,8 +223,10 @@ def _check_names(hyperparameters: dict[str, Any]) -> None:
         if name in of_methods:
             continue
         meant = nearest(name, sorted(own | of_methods))
-        if name in INSTEAD:
-            raise InputError(f"there is no argument '{name}'", fix=INSTEAD[name])
+        for fix, names in INSTEAD.items():
+            if name in names.split():
+                what = f"there is no argument '{name}'"
+                raise InputError(what, fix=fix.format(name))
         if any(f"'{argument}'" in meant for argument in own):
             raise InputError(f"there is no argument '{name}'{meant}")
 

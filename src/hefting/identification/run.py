@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.accuracy import Accuracy
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import warning
-from hefting.core.sensor_accuracy import SensorAccuracy
+from hefting.core.sensor_accuracy import TYPICAL, SensorAccuracy
 from hefting.estimators.base import Estimator
 from hefting.estimators.joint_state import State
 from hefting.identification.contradictions import with_contradictions
@@ -54,7 +53,9 @@ def run(
         estimate = estimator.estimate(estimator.merge_all(states))
         if asked is not None:
             whole = [part.measurements for part in found.recordings]
-            estimate = _with_stop_reason(estimate, asked, whole, whole, found.static)
+            estimate = _with_stop_reason(
+                estimate, estimator, whole, whole, found.static
+            )
         return estimate, found
     if not found.has_samples:
         raise out_of_order(found)
@@ -85,8 +86,7 @@ def _first_sufficient(
             before = estimator.merge(before, seen)
     assert estimate is not None
     seen = [part.measurements for part in parts]
-    asked = estimator.asked
-    estimate = _with_stop_reason(estimate, asked, seen, samples, found.static)
+    estimate = _with_stop_reason(estimate, estimator, seen, samples, found.static)
     if not isinstance(found, JointIngested):
         return estimate, parts[0]
     again = with_samples(together(parts, found.names[: len(parts)]))
@@ -124,14 +124,16 @@ def first_sufficient(
 
 def _with_stop_reason(
     estimate: Estimate,
-    asked: Accuracy,
+    estimator: Estimator,
     seen: Sequence[Measurements],
     whole: Sequence[Measurements],
     static: bool,
 ) -> Estimate:
     """`estimate` with the part `seen` of the `whole` recordings in its provenance, and a
     warning if it does not suffice."""
-    assert estimate.accuracy is not None
+    asked, got = estimator.asked, estimate.accuracy
+    assert asked is not None
+    assert got is not None
     if static:
         used, of, unit = sum(map(len, seen)), sum(map(len, whole)), "poses"
     else:
@@ -145,10 +147,13 @@ def _with_stop_reason(
     }
     warnings = estimate.warnings
     if not estimate.sufficient:
-        why = (
-            asked.shortfall(estimate.accuracy)
-            or "the wrench contradicts the shape or the scale"
-        )
+        why = asked.shortfall(got) or "the wrench contradicts the shape or the scale"
+        sensor = getattr(estimator, "sensor_accuracy", None) or TYPICAL
+        if asked.mass is not None and asked.mass < sensor.share:
+            why += (
+                f"; the sensor's gain is taken as known to {100.0 * sensor.share:.3g}% "
+                "(`sensor_accuracy`), and no motion improves it"
+            )
         doubt = warning("accuracy-not-reached", f"not as sure as asked for: {why}")
         warnings = (doubt, *warnings)
     return replace(estimate, warnings=warnings, provenance=provenance)

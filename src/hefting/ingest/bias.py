@@ -11,8 +11,12 @@ from hefting.core.errors import InputError
 from hefting.core.files import read_json
 from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST, check_magnitude
+from hefting.core.quantity import numbers
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, frozen
+
+MODELS = ("auto", "none", "estimate")
+TARE = "tare:"
 
 
 def tare(recording: Recording, start: float, end: float) -> Array:
@@ -81,6 +85,8 @@ def load_bias(path: str | Path) -> Array | BiasOfEstimate:
             where=path,
             fix='write {"bias": [fx,fy,fz,tx,ty,tz]}',
         ) from error
+    if isinstance(data, dict) and data["bias"] is None:
+        raise InputError("found no bias", path, "leave it out, or give `bias` none")
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError("a bias is six finite numbers [N, N m]", where=path)
     check_magnitude(values, LARGEST["wrench"], "a bias", path)
@@ -93,17 +99,17 @@ def bias_of(
     given: str | Path | ArrayLike | BiasOfEstimate,
 ) -> str | Array | BiasOfEstimate:
     """A bias model's name, or the bias (6,) [N, N m] that is given as numbers or as a JSON
-    file; `InputError` for anything else."""
+    file; of a tare its text. `InputError` for anything else."""
     if isinstance(given, BiasOfEstimate):
         return given
     if isinstance(given, Path) or (isinstance(given, str) and given.endswith(".json")):
         return load_bias(given)
     if isinstance(given, str):
-        if given in ("auto", "none", "estimate"):
+        if given in MODELS or (given.startswith(TARE) and _times(given)):
             return given
         raise InputError(
             f"unknown bias model '{given}'",
-            fix="use auto, none, estimate, six numbers or a JSON file",
+            fix="use auto, none, estimate, tare:START,END, six numbers or a JSON file",
         )
     values = frozen(given)
     if values.shape != (6,) or not np.isfinite(values).all():
@@ -111,6 +117,21 @@ def bias_of(
             f"a bias is six finite numbers [N, N m], not {np.asarray(given).tolist()}"
         )
     return values
+
+
+def _times(text: str) -> list[float]:
+    """Start and end [s] in the text of a tare."""
+    start, end = numbers(text.removeprefix(TARE), 2, "tare:START,END")
+    if end < start:
+        raise InputError(f"'{text}' ends before it begins", fix="as in tare:0,2")
+    return [start, end]
+
+
+def tared(given: str | Array, recording: Recording) -> str | Array:
+    """The bias that is given; of a tare that of the recording."""
+    if isinstance(given, str) and given.startswith(TARE):
+        return tare(recording, *_times(given))
+    return given
 
 
 def is_chosen(bias: str | Array | BiasOfEstimate) -> bool:

@@ -18,7 +18,7 @@ from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import TYPICAL, SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.ingest.bias import BiasOfEstimate, bias_of, is_chosen, subtract_bias
+from hefting.ingest.bias import BiasOfEstimate, bias_of, is_chosen, subtract_bias, tared
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
@@ -233,6 +233,7 @@ def _usable_samples(
     part = recording.slice(start, duration) if is_part else recording
     whole = with_mended_times(part, motion)
     usable = without_blank_wrench(without_faulty_poses(whole, motion))
+    bias = tared(bias, recording)
     usable, given_bias = subtract_bias(without_stalled_wrench(usable), bias)
     require_changing_wrench(usable)
     first = part.start - recording.start

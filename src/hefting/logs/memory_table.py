@@ -43,6 +43,8 @@ class MemoryTable:
     @classmethod
     def of(cls, table: Any) -> MemoryTable | None:
         """The columns of a table; None for another object."""
+        if hasattr(table, "fetchnumpy"):  # a relation of DuckDB
+            table = table.fetchnumpy()
         if isinstance(table, Mapping):
             return cls.of_arrays("dictionary", table)
         names = getattr(getattr(table, "dtype", None), "names", None)

@@ -91,17 +91,17 @@ def with_given_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     return replace(placed, sensor_pose=frozen(pose))
 
 
-def sensor_turned(text: str) -> Array:
+def sensor_turned(text: Any) -> Array:
     """Pose (4, 4) of a sensor that is turned about one axis of the logged frame, by a
-    text such as ``"z:45"``: axis and degrees. `InputError` for another text."""
-    axis, _, degrees = text.strip().partition(":")
+    text such as ``"z:45"``: axis and degrees. `InputError` for anything else."""
+    axis, _, degrees = str(text).strip().partition(":")
     try:
         angle = np.radians(float(degrees))
     except ValueError:
         angle = np.nan
     if axis not in ("x", "y", "z") or not abs(angle) <= 2.0 * np.pi:
         raise InputError(
-            f"'{text[:40]}' is no turn", fix="give an axis and degrees, as in z:45"
+            f"'{str(text)[:40]}' is no turn", fix="give an axis and degrees, as in z:45"
         )
     from scipy.spatial.transform import Rotation
 
@@ -122,7 +122,7 @@ def mapped_sensor_pose(content: Mapping[str, Any], path: str | Path) -> Array | 
     value = content[given[0]]
     try:
         if given[0] == "sensor_turned":
-            return sensor_turned(str(value))
+            return sensor_turned(value)
         return pose_matrix(value)
     except (InputError, TypeError, ValueError, OverflowError):
         fix = 'give [x, y, z, qx, qy, qz, qw], or sensor_turned = "z:45"'

@@ -26,7 +26,7 @@ from hefting.estimators import Estimator, default_method, method_named, methods_
 from hefting.estimators.base import Known
 from hefting.identification.estimator import estimator_knowing, shape_of
 from hefting.identification.front import sensor_pose_of
-from hefting.ingest.bias import bias_of
+from hefting.ingest.bias import TARE, bias_of
 from hefting.ingest.tool import load_tool
 from hefting.online.live_estimate import LiveEstimate, final_estimate
 from hefting.online.pipeline import Pipeline
@@ -358,6 +358,9 @@ def _settings(
         raise InputError(
             f"unknown sign '{sign}'", "live", "use auto, on-object or on-sensor"
         )
+    if isinstance(bias, str) and bias.startswith(TARE):
+        fix = "use auto, none, estimate or a JSON file"
+        raise InputError(f"'{bias}' is for recordings", "`bias`", fix)
     one = method.__name__ if isinstance(method, type) else method
     asked = dict(hyperparameters)
     if until is not None:

@@ -17,6 +17,7 @@ from hefting.request.settings import (
     hyperparameters_of,
     reading_of,
     recording_of,
+    sensor_pose_of,
     shape_of,
 )
 from hefting.shapes import Shape
@@ -134,7 +135,9 @@ def _names_file(name: str, value: str) -> bool:
     if name == "shape":
         return not value.lower().startswith("box:")
     if name == "bias":
-        return value not in ("auto", "none", "estimate") and value[:5] != "tare:"
+        from hefting.ingest.bias import MODELS, TARE
+
+        return value not in MODELS and not value.startswith(TARE)
     if name in ("object_pose", "sensor_pose_in_log"):
         return "," not in value
     return True
@@ -154,22 +157,13 @@ def identify_requested(
 
     Raises `InputError` and `NotIdentifiableError` as `hefting.identify`.
     """
-    recording = recording_of(request, log)
     return identify(
-        recording,
+        recording_of(request, log),
         shape,
         method=request.method,
-        **reading_of_one(request, recording),
+        **reading_of(request),
         **hyperparameters_of(request),
     )
-
-
-def reading_of_one(request: Any, recording: Any) -> dict[str, Any]:
-    """Arguments of `hefting.identify` for reading one recording."""
-    reading = reading_of(request, gravity_of(request), [recording])
-    if isinstance(reading["bias"], list):
-        (reading["bias"],) = reading["bias"]
-    return reading
 
 
 def check_request(request: SimpleNamespace) -> None:
@@ -202,18 +196,13 @@ def _check_files(a: Any) -> None:
     """`InputError` for a faulty tool, column map, pose of the sensor or URDF."""
     from hefting.ingest.tool import load_tool
     from hefting.logs.column_map import load_map
-    from hefting.logs.sensor_pose import sensor_turned
     from hefting.logs.two_files import load_maps
-    from hefting.shapes import parse_pose
 
     if a.tool is not None:
         load_tool(a.tool)
     if a.map is not None:
         (load_map if a.poses is None else load_maps)(a.map)
-    if a.sensor_pose_in_log is not None:
-        parse_pose(a.sensor_pose_in_log)
-    if a.sensor_turned is not None:
-        sensor_turned(a.sensor_turned)
+    sensor_pose_of(a)
     if a.urdf is not None and a.sensor_frame is not None:
         from hefting.robots import Robot
 

@@ -73,20 +73,14 @@ def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
         return SensorAccuracy.of(a.sensor_accuracy)
 
 
-def reading_of(
-    a: Any, gravity: "Gravity", recordings: "list[Recording]"
-) -> dict[str, Any]:
-    """Arguments of `hefting.identify` for reading the recordings."""
-    from hefting.ingest.bias import tare
+def reading_of(a: Any) -> dict[str, Any]:
+    """Arguments of `hefting.identify` for reading recordings."""
     from hefting.ingest.tool import load_tool
 
-    bias = bias_of(a.bias)
-    if isinstance(bias, list):  # a tare window becomes six numbers for each recording
-        bias = [tare(recording, *bias) for recording in recordings]
     return {
-        "gravity": gravity,
+        "gravity": gravity_of(a),
         "wrench": a.wrench,
-        "bias": bias,
+        "bias": bias_of(a.bias),
         "motion": a.motion,
         "start": a.start,
         "duration": a.duration,
@@ -94,20 +88,14 @@ def reading_of(
     }
 
 
-def bias_of(text: str) -> "str | list[float] | Array | BiasOfEstimate":
-    """A bias model's name, start and end of a tare window [s], or the content of a
-    file: six numbers, or the bias of an estimate."""
-    from hefting.ingest.bias import load_bias
+def bias_of(text: str) -> "str | Array | BiasOfEstimate":
+    """A bias model's name, a tare, or the content of a file: six numbers, or the bias of
+    an estimate."""
+    from hefting.ingest.bias import MODELS, TARE, bias_of, load_bias
 
-    if text in ("auto", "none", "estimate"):
-        return text
-    if text.startswith("tare:"):
-        start, end = numbers(text[5:], 2, "--bias tare:START,END")
-        if end < start:
-            raise InputError(
-                f"'{text}' ends before it begins", "--bias", "as in tare:0,2"
-            )
-        return [start, end]
+    if text in MODELS or text.startswith(TARE):
+        with _naming("--bias tare:START,END"):
+            return bias_of(text)
     if not Path(text).exists():
         raise InputError(
             f"no file '{text}'",
@@ -247,18 +235,9 @@ def placed(a: Any, recording: "Recording", path: str) -> "Recording":
 
 def sensor_pose_of(a: Any) -> "Array | None":
     """The given pose (4, 4) of the sensor in the logged frame [m], or None."""
-    pose, turned = a.sensor_pose_in_log, a.sensor_turned
-    if turned is None:
-        return pose_of(pose)
-    if pose is not None:
-        raise InputError(
-            "is given beside --sensor-pose-in-log",
-            "--sensor-turned",
-            "give one of them",
-        )
-    from hefting.logs.sensor_pose import sensor_turned
+    from hefting.identification.front import sensor_pose_of
 
-    return sensor_turned(str(turned))
+    return sensor_pose_of(a.sensor_pose_in_log, a.sensor_turned)
 
 
 def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":

@@ -2,6 +2,7 @@
 the stamps of the source. The messages are not in chunks, so that an incomplete file can
 be read up to its end."""
 
+import os
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError, needing
-from hefting.core.files import check_replaceable
+from hefting.core.files import check_replaceable, lock
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
 from hefting.logs.ros.writing import (
@@ -187,6 +188,11 @@ class _File:
         self.path, self._store = path, get_typestore(Stores.ROS2_HUMBLE)
         try:
             # other programs read it as it grows, so that it has its final name
+            self._lock = path.open("ab")
+            if os.name == "posix" and not lock(self._lock.fileno()):
+                self._lock.close()
+                what = "is written by another run"
+                raise InputError(what, path, "choose another name")
             self._stream = path.open("wb", buffering=0)
         except OSError as error:
             raise self._error(error) from error
@@ -223,6 +229,7 @@ class _File:
             return
         writer.close()
         self._stream.close()
+        self._lock.close()
         self._check()
 
     def _check(self) -> None:

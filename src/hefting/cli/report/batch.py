@@ -34,7 +34,7 @@ def batch_report(
     yield from _failures("failed", summary.reasons, render)
     yield from _failures("left out of objects", summary.left_out, render)
     yield from _doubts(summary)
-    yield from _outliers(summary, render)
+    yield from _outliers(summary, render, page)
     yield Line("")
     yield from _sizes(summary)
     yield Line(_times(summary))
@@ -72,7 +72,9 @@ def _doubts(summary: "Summary") -> Iterable[Line]:
         yield Line(f"in doubt by: {', '.join(texts)}", "yellow")
 
 
-def _outliers(summary: "Summary", render: Callable[[str], str]) -> Iterable[Line]:
+def _outliers(
+    summary: "Summary", render: Callable[[str], str], page: str | None
+) -> Iterable[Line]:
     if summary.outliers:
         yield Line("")
         yield Line("worth a look:")
@@ -80,7 +82,7 @@ def _outliers(summary: "Summary", render: Callable[[str], str]) -> Iterable[Line
         yield Line(f"  {outlier.name}: {render(outlier.why)}")
     left = len(summary.outliers) - MOST_OUTLIERS
     if left > 0:
-        yield Line(f"  and {left} more; --report shows them")
+        yield Line(f"  and {left} more; {page or '--report'} shows them")
 
 
 def _times(summary: "Summary") -> str:
