@@ -8,6 +8,8 @@ import pytest
 
 pytest.importorskip("plotly", reason="plotly is not installed: hefting[view]")
 
+import itertools
+
 from batch_rows import batch_of, doubted, failed, identified, spread
 
 from browser import DESKTOP, LOOKS, PHONE, browsing, needs_browser
@@ -66,3 +68,29 @@ def test_the_page_opens_from_disk_and_draws_all(page, browser, kept, size, schem
         shown.screenshot(path=kept(f"batch-{size[0]}-{scheme}"), full_page=True)
         assert visit.problems == []
         assert visit.foreign == []
+
+
+def test_labels_of_nearly_equal_numbers_do_not_overlap(tmp_path, browser):
+    """On a phone: they have many digits."""
+    rows = [
+        identified(
+            f"{k}.csv", 1.112 + 0.001 * k, (0.0992 + 4e-4 * k, 0.00442 + 4e-5 * k)
+        )
+        for k in range(3)
+    ]
+    path = tmp_path / "batch.html"
+    path.write_text(batch_page(batch_of(tmp_path / "r", rows), Context()))
+    ends = (
+        "[...document.querySelectorAll('.js-plotly-plot')].map(plot => "
+        "[...plot.querySelectorAll('.xtick text')].map(each => "
+        "(r => [r.left, r.right])(each.getBoundingClientRect())))"
+    )
+    with browsing(browser, PHONE, "light", offline=True) as visit:
+        visit.page.goto(path.as_uri())
+        visit.page.wait_for_selector("body[data-drawn]", timeout=60_000)
+        plots = visit.page.evaluate(ends)
+    assert len(plots) == 3
+    for labels in map(sorted, plots):
+        assert len(labels) > 1
+        for (_, right), (left, _) in itertools.pairwise(labels):
+            assert right < left

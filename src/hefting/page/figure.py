@@ -241,7 +241,7 @@ def _ticks(edges: Array) -> dict[str, Any]:
     `MOST_LABELLED`; plotly's own on axes shorter than a decade."""
     low, high = float(edges[0]), float(edges[-1])
     if high - low < 1.0:
-        return {"nticks": 6, "tickangle": 0}
+        return {"nticks": 4, "tickangle": 0}
     steps = (1, 2, 5) if high - low < MOST_LABELLED else (1,)
     decades = range(int(np.floor(low)), int(np.ceil(high)) + 1)
     values = [step * 10.0**decade for decade in decades for step in steps]

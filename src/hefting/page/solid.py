@@ -16,7 +16,7 @@ FINEST = 1e-5
 """[m] Resolution of coordinates."""
 VIEW = np.array(((0.707, 0.707, 0.0), (-0.287, 0.287, 0.914), (0.646, -0.646, 0.406)))
 """Unit vectors to the right, upwards and to the eye, as rows."""
-SEEN = np.array((0.45, 0.33))
+SEEN = np.array((0.4, 0.33))
 """Half the visible width and height over the distance: those of a view of 45 degrees
 without space for numbers and titles of the axes."""
 ROOM = 0.03
