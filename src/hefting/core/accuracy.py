@@ -31,10 +31,8 @@ class Accuracy:
     def __post_init__(self):
         limits = [limit for limit in asdict(self).values() if limit is not None]
         if not limits or not all(limit > 0.0 for limit in limits):
-            raise InputError(
-                "an accuracy is one or more positive limits",
-                fix="as in mass=1%,com=2mm,inertia=20%",
-            )
+            what = "an accuracy is one or more positive limits"
+            raise InputError(what, fix="as in mass=1%,com=2mm,inertia=20%")
 
     @classmethod
     def parse(cls, text: str) -> Self:

@@ -325,10 +325,10 @@ class Estimate(Shown):
             AttributeError,
             OverflowError,
         ) as error:
-            raise InputError(
-                f"is not a whole estimate ({type(error).__name__}: {str(error)[:120]})",
-                where=path,
-            ) from error
+            what = (
+                f"is not a whole estimate ({type(error).__name__}: {str(error)[:120]})"
+            )
+            raise InputError(what, where=path) from error
 
 
 class Answered(Protocol):
@@ -344,10 +344,8 @@ def estimate_of(given: Estimate | Answered) -> Estimate:
     """The estimate itself, or that of a result; `InputError` for anything else."""
     estimate = getattr(given, "estimate", given)
     if not isinstance(estimate, Estimate):
-        raise InputError(
-            f"{type(given).__name__} is no estimate",
-            fix="give what hefting.identify returns, or hefting.Estimate.load(path)",
-        )
+        fix = "give what hefting.identify returns, or hefting.Estimate.load(path)"
+        raise InputError(f"{type(given).__name__} is no estimate", fix=fix)
     return estimate
 
 

@@ -50,11 +50,8 @@ def check_readable(path: str | Path) -> None:
     except (OSError, ValueError):
         return  # reading the path raises the error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        raise InputError(
-            "is a pipe or a device, not a file",
-            path,
-            "write it to a file first",
-        )
+        what = "is a pipe or a device, not a file"
+        raise InputError(what, path, "write it to a file first")
 
 
 def check_size(path: str | Path, largest: float | None = None) -> None:
@@ -68,11 +65,8 @@ def check_size(path: str | Path, largest: float | None = None) -> None:
     if size == 0:
         raise InputError("the file is empty", where=path)
     if size > (MAX_BYTES if largest is None else largest):
-        raise InputError(
-            f"the file has {size / 1e9:.1f} GB, more than 2 GiB",
-            path,
-            "cut out the part of interest",
-        )
+        what = f"the file has {size / 1e9:.1f} GB, more than 2 GiB"
+        raise InputError(what, path, "cut out the part of interest")
 
 
 def _read(path: str | Path, largest: int, kind: str) -> bytes:
@@ -147,11 +141,8 @@ def parse_xml(
             end(tag, parser.CurrentByteIndex, inside)
 
     def refuse_doctype(*_):
-        raise InputError(
-            "has a document type declaration, which is refused",
-            where=path,
-            fix="remove the DOCTYPE",
-        )
+        what = "has a document type declaration, which is refused"
+        raise InputError(what, where=path, fix="remove the DOCTYPE")
 
     parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
     parser.StartDoctypeDeclHandler = refuse_doctype
@@ -164,11 +155,8 @@ def parse_xml(
 def is_xacro(path: str | Path, kind: str = "URDF") -> InputError:
     """The error of a robot description of a `kind` whose macros have not been
     expanded."""
-    return InputError(
-        f"is xacro, not {kind}",
-        where=path,
-        fix=f"expand it first: xacro robot.xacro > robot.{kind.lower()}",
-    )
+    fix = f"expand it first: xacro robot.xacro > robot.{kind.lower()}"
+    return InputError(f"is xacro, not {kind}", where=path, fix=fix)
 
 
 def check_no_xacro(tag: str, path: str | Path, kind: str = "URDF") -> None:

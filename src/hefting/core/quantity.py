@@ -67,11 +67,8 @@ def quantities(
     option otherwise."""
     parts = text.split(",")
     if len(parts) != len(kinds):
-        raise InputError(
-            f"'{text}' is not {len(kinds)} numbers with units",
-            where=option,
-            fix=f"as in {example}",
-        )
+        what = f"'{text}' is not {len(kinds)} numbers with units"
+        raise InputError(what, where=option, fix=f"as in {example}")
     try:
         return tuple(
             quantity(part, kind) for part, kind in zip(parts, kinds, strict=True)

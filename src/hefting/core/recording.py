@@ -213,17 +213,13 @@ class Recording:
     def __post_init__(self):
         given = self.streams.values() if isinstance(self.streams, Mapping) else [None]
         if not all(isinstance(stream, Stream) for stream in given):
-            raise InputError(
-                "streams must be a dictionary of hefting.Stream by name",
-                where=self.source,
-                fix="hefting.as_recording takes arrays",
-            )
+            what = "streams must be a dictionary of hefting.Stream by name"
+            fix = "hefting.as_recording takes arrays"
+            raise InputError(what, where=self.source, fix=fix)
         for name in self.streams:
             if name not in COLUMNS:
-                raise InputError(
-                    f"unknown stream '{name}'{nearest(name, COLUMNS)}",
-                    where=self.source,
-                )
+                what = f"unknown stream '{name}'{nearest(name, COLUMNS)}"
+                raise InputError(what, where=self.source)
         if not self.streams:
             raise InputError("there are no samples", where=self.source)
         streams = {name: self.streams[name] for name in COLUMNS if name in self.streams}
@@ -241,19 +237,17 @@ class Recording:
                 where=self.source,
             )
         if self.joint_names and widths and {len(self.joint_names)} != widths:
-            raise InputError(
-                f"{len(self.joint_names)} joint names for {widths.pop()} joint columns",
-                where=self.source,
+            what = (
+                f"{len(self.joint_names)} joint names for {widths.pop()} joint columns"
             )
+            raise InputError(what, where=self.source)
         object.__setattr__(self, "streams", streams)
 
     def _check(self, name: str, stream: Stream) -> None:
         columns = column_names(name, stream.values.shape[1])
         if stream.values.shape[1] != len(columns):
-            raise InputError(
-                f"has {stream.values.shape[1]} columns, not {len(columns)}",
-                f"{self.source}, {name}",
-            )
+            what = f"has {stream.values.shape[1]} columns, not {len(columns)}"
+            raise InputError(what, f"{self.source}, {name}")
         self._check_values(stream, ("time",), stream.time[:, None], LARGEST_TIME)
         self._check_values(stream, columns, stream.values, LARGEST.get(name, np.inf))
         forward = stream.time[1:] - stream.time[:-1] >= SMALLEST_INTERVAL
@@ -293,11 +287,9 @@ class Recording:
         off = np.abs(norm - 1)
         if off.max() > 1e-2:
             k = np.argmax(off > 1e-2)
-            raise InputError(
-                f"the quaternion qx qy qz qw has norm {norm[k]:.4g}, not 1",
-                where=f"{self.source}, row {orientation.rows[k]}, columns qx..qw",
-                fix="give unit quaternions, w last",
-            )
+            what = f"the quaternion qx qy qz qw has norm {norm[k]:.4g}, not 1"
+            where = f"{self.source}, row {orientation.rows[k]}, columns qx..qw"
+            raise InputError(what, where=where, fix="give unit quaternions, w last")
         norm[off < 1e-15] = 1.0  # already normalised: leave its bits alone
         if (norm == 1.0).all():
             return orientation
@@ -380,8 +372,6 @@ class Recording:
             if last > first:
                 kept[name] = stream[first:last]
         if not kept:
-            raise InputError(
-                f"no sample from {start:g} s on; it lasts {self.duration:g} s",
-                where=self.source,
-            )
+            what = f"no sample from {start:g} s on; it lasts {self.duration:g} s"
+            raise InputError(what, where=self.source)
         return replace(self, streams=kept)

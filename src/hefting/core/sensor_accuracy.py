@@ -157,10 +157,8 @@ class SensorAccuracy:
         except (TypeError, ValueError):
             good = False
         if not good or not self.lever > 0.0 or self.share > 1.0:
-            raise InputError(
-                f"a sensor's accuracy is a share from 0 to 1, newtons and newton-metres, not {limits}",
-                fix=f"as in {EXAMPLE}",
-            )
+            what = f"a sensor's accuracy is a share from 0 to 1, newtons and newton-metres, not {limits}"
+            raise InputError(what, fix=f"as in {EXAMPLE}")
 
     @classmethod
     def of(cls, value: "SensorAccuracy | str | None") -> "SensorAccuracy | None":
@@ -168,10 +166,8 @@ class SensorAccuracy:
         if value is None or isinstance(value, SensorAccuracy):
             return value
         if not isinstance(value, str):  # pyright: ignore[reportUnnecessaryIsInstance]
-            raise InputError(
-                f"a sensor's accuracy is a text or a SensorAccuracy, not {value}",
-                fix=f"as in '{EXAMPLE}', or a sensor's name",
-            )
+            what = f"a sensor's accuracy is a text or a SensorAccuracy, not {value}"
+            raise InputError(what, fix=f"as in '{EXAMPLE}', or a sensor's name")
         return cls.parse(value)
 
     @classmethod
@@ -201,15 +197,11 @@ class SensorAccuracy:
         name = sheet_name(text)
         sheet = SHEETS.get(name)
         if sheet is None:
-            raise InputError(
-                f"unknown sensor '{text}'{nearest(name, SHEETS)}",
-                fix=f"use {', '.join(SHEETS)}, or figures as in {EXAMPLE}",
-            )
+            fix = f"use {', '.join(SHEETS)}, or figures as in {EXAMPLE}"
+            raise InputError(f"unknown sensor '{text}'{nearest(name, SHEETS)}", fix=fix)
         if not sheet.states_accuracy:
-            raise InputError(
-                f"the accuracy of a {sheet.model} is not known here: {sheet.remark}",
-                fix=f"give figures, as in {EXAMPLE}",
-            )
+            what = f"the accuracy of a {sheet.model} is not known here: {sheet.remark}"
+            raise InputError(what, fix=f"give figures, as in {EXAMPLE}")
         return cls(*_limits(sheet))
 
     def __str__(self) -> str:

@@ -174,15 +174,11 @@ def check_gravity(gravity: ArrayLike) -> Array:
     else."""
     g = frozen(gravity)
     if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
-        raise InputError(
-            f"gravity must be three numbers, not all zero, and is {g.tolist()}",
-            fix="give `gravity` X,Y,Z in m/s²",
-        )
+        what = f"gravity must be three numbers, not all zero, and is {g.tolist()}"
+        raise InputError(what, fix="give `gravity` X,Y,Z in m/s²")
     if not SMALLEST_GRAVITY <= np.abs(g).max() <= LARGEST_GRAVITY:
-        raise InputError(
-            f"gravity of {np.abs(g).max():.3g} m/s² cannot be",
-            fix="give `gravity` X,Y,Z in m/s²",
-        )
+        what = f"gravity of {np.abs(g).max():.3g} m/s² cannot be"
+        raise InputError(what, fix="give `gravity` X,Y,Z in m/s²")
     return g
 
 
@@ -310,10 +306,8 @@ def pose_matrix(seven_numbers: ArrayLike) -> Array:
         raise InputError("a pose is seven finite numbers x,y,z,qx,qy,qz,qw")
     norm = np.linalg.norm(np.clip(numbers[3:], -1e3, 1e3))
     if abs(norm - 1) > 1e-3:
-        raise InputError(
-            f"pose quaternion has norm {norm:.4g}, not 1",
-            fix="give x,y,z,qx,qy,qz,qw (w last)",
-        )
+        what = f"pose quaternion has norm {norm:.4g}, not 1"
+        raise InputError(what, fix="give x,y,z,qx,qy,qz,qw (w last)")
     check_magnitude(numbers[:3], LARGEST_DISTANCE, "a distance [m]")
     pose = np.eye(4)
     pose[:3, :3] = rotation_matrices(numbers[3:] / norm)

@@ -86,11 +86,8 @@ def replay_of(
         For static poses, and as `hefting.predict` does.
     """
     if recording.static:
-        raise InputError(
-            "static poses have no times, which a replay needs",
-            recording.source,
-            "give a recording with a time column",
-        )
+        what = "static poses have no times, which a replay needs"
+        raise InputError(what, recording.source, "give a recording with a time column")
     prediction = predict(estimate, recording, gravity=_gravity_of(estimate))
     scene = scene_of({"estimate": estimate}, shape)
     return Replay(recording, estimate, prediction, scene)
@@ -128,11 +125,8 @@ def dashboard_for(path: str | Path) -> Dashboard:
         if suffix in each.suffixes:
             return each
     suffixes = ", ".join(suffix for each in known for suffix in each.suffixes)
-    raise InputError(
-        f"'{suffix}' cannot hold an estimate beside a recording",
-        path,
-        f"use {suffixes}",
-    )
+    what = f"'{suffix}' cannot hold an estimate beside a recording"
+    raise InputError(what, path, f"use {suffixes}")
 
 
 def write_dashboard(

@@ -250,10 +250,9 @@ class Estimator:
         if not one_bias:
             return join(first, second)
         if not (isinstance(first, SampleState) and isinstance(second, SampleState)):
-            raise InputError(
-                "a state of several recordings has more than one bias",
-                fix="merge the parts of one recording before others join it",
-            )
+            what = "a state of several recordings has more than one bias"
+            fix = "merge the parts of one recording before others join it"
+            raise InputError(what, fix=fix)
         return first.merge(second, one_bias=True)
 
     def merge_all(self, states: Sequence[State]) -> State:
@@ -314,10 +313,8 @@ def stated_errors(method: Any) -> dict[str, str]:
 def require_samples(count: int) -> None:
     """`NotIdentifiableError` unless there is at least one sample."""
     if count == 0:
-        raise NotIdentifiableError(
-            "no samples to estimate from",
-            fix="record at least one pose with its wrench",
-        )
+        what = "no samples to estimate from"
+        raise NotIdentifiableError(what, fix="record at least one pose with its wrench")
 
 
 def require_bias_model(bias: str) -> None:

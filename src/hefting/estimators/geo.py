@@ -109,10 +109,8 @@ class GEO(PointEstimator):
     def __post_init__(self):
         super().__post_init__()
         if (self.shape is None) == (self.prior is None):
-            raise InputError(
-                "GEO needs a shape or a prior body, and not both",
-                fix="a bounding box will do",
-            )
+            what = "GEO needs a shape or a prior body, and not both"
+            raise InputError(what, fix="a bounding box will do")
         if self.prior is not None and not isinstance(self.prior, InertialParameters):
             raise InputError("the prior must be InertialParameters")
         if self.prior is not None and not self.prior.consistency().is_consistent:

@@ -76,10 +76,8 @@ class HPS(PointEstimator):
     def __post_init__(self):
         super().__post_init__()
         if self.shape.labels is None:
-            raise InputError(
-                "HPS needs labelled parts",
-                fix="give a .ply file of points with a 'segmentation' property",
-            )
+            fix = "give a .ply file of points with a 'segmentation' property"
+            raise InputError("HPS needs labelled parts", fix=fix)
         for name in ("max_acceleration", "max_angular_acceleration"):
             value = getattr(self, name)
             if not (isinstance(value, int | float) and value > 0.0):
@@ -130,10 +128,8 @@ class HPS(PointEstimator):
         mass from a bias, or when no mass at all explains the wrench best.
         """
         if state.samples == 0:
-            raise NotIdentifiableError(
-                "no near-static samples to estimate from",
-                fix="stop and go, or use GEO or PMD",
-            )
+            what = "no near-static samples to estimate from"
+            raise NotIdentifiableError(what, fix="stop and go, or use GEO or PMD")
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         row = self.mass_row(state, problem.A)
         problem = problem.with_equation(row.equation)

@@ -111,10 +111,8 @@ class WhitenedState:
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> NoReturn:
         """Raises `InputError`: no samples can be added to whitened equations."""
-        raise InputError(
-            "the noise of these equations was found already",
-            fix="fold samples into the moments they came from",
-        )
+        what = "the noise of these equations was found already"
+        raise InputError(what, fix="fold samples into the moments they came from")
 
 
 @immutable
@@ -141,10 +139,8 @@ class JointState:
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> NoReturn:
         """Raises `InputError`: samples belong to one recording."""
-        raise InputError(
-            "the state is that of several recordings",
-            fix="update the state of each recording, then merge them",
-        )
+        fix = "update the state of each recording, then merge them"
+        raise InputError("the state is that of several recordings", fix=fix)
 
 
 State = SampleState | JointState | WhitenedState
@@ -210,7 +206,5 @@ def motion_record(state: State) -> TimeRecord | None:
 
 
 def _no_wrench() -> InputError:
-    return InputError(
-        "these equations have no samples of a wrench left",
-        fix="stack them (`WhitenedState.stacked`), and use Bayes, GEO, LMI, OLS or PMD",
-    )
+    fix = "stack them (`WhitenedState.stacked`), and use Bayes, GEO, LMI, OLS or PMD"
+    return InputError("these equations have no samples of a wrench left", fix=fix)

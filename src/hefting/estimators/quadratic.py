@@ -67,10 +67,8 @@ def whitening(noise: WrenchNoise) -> Array | None:
         return None
     if isinstance(noise, Noise):
         if not (0.0 < noise.force < np.inf and 0.0 < noise.torque < np.inf):
-            raise InputError(
-                "known noise must be positive in force and torque",
-                fix="or give noise=None",
-            )
+            what = "known noise must be positive in force and torque"
+            raise InputError(what, fix="or give noise=None")
         return np.diag(np.repeat((1.0 / noise.force, 1.0 / noise.torque), 3))
     S = frozen(noise)
     if (
@@ -78,10 +76,8 @@ def whitening(noise: WrenchNoise) -> Array | None:
         or not np.isfinite(S).all()
         or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max()
     ):
-        raise InputError(
-            "a noise covariance of the wrench is a symmetric matrix (6, 6)",
-            fix="or give noise=None",
-        )
+        what = "a noise covariance of the wrench is a symmetric matrix (6, 6)"
+        raise InputError(what, fix="or give noise=None")
     try:
         scale = 1.0 / np.sqrt(np.where(S.diagonal() > 0.0, S.diagonal(), 1.0))
         return np.linalg.inv(np.linalg.cholesky(S * np.outer(scale, scale))) * scale

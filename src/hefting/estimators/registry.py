@@ -53,10 +53,8 @@ def spelled(name: str) -> str:
     known = {key.lower(): key for key in (*METHODS, *VARIANTS)}
     key = known.get(name.lower()) if isinstance(name, str) else None
     if key is None:
-        raise InputError(
-            f"unknown method '{name}'{nearest(str(name), METHODS)}",
-            fix=f"use {', '.join(METHODS)}; see hefting methods",
-        )
+        what = f"unknown method '{name}'{nearest(str(name), METHODS)}"
+        raise InputError(what, fix=f"use {', '.join(METHODS)}; see hefting methods")
     return key
 
 

@@ -114,10 +114,8 @@ class Body:
         )
         consistency = parameters.consistency()
         if consistency.violated == "mass" or (consistency.violated and not is_point):
-            raise InputError(
-                f"no body has these parameters: {consistency}",
-                fix="identify with a method that assures consistency (LMI, PMD), or export json or csv",
-            )
+            fix = "identify with a method that assures consistency (LMI, PMD), or export json or csv"
+            raise InputError(f"no body has these parameters: {consistency}", fix=fix)
         point = cls.without_inertia(parameters, name, frame)
         return point if is_point else point.with_inertia(inertia)
 
@@ -127,10 +125,8 @@ class Body:
     ) -> Self:
         """A point mass at the COM; `InputError` if the mass is not positive."""
         if not parameters.mass > 0.0:
-            raise InputError(
-                "no body has these parameters: the mass is not positive",
-                fix="check the wrench's sign and gravity",
-            )
+            what = "no body has these parameters: the mass is not positive"
+            raise InputError(what, fix="check the wrench's sign and gravity")
         com = parameters.center_of_mass
         return cls(name, frame, parameters.mass, com, np.zeros((3, 3)))
 

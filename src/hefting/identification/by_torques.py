@@ -309,9 +309,6 @@ def _check_runs(
     for log, own in zip(recordings, samples, strict=True):
         require_arms_torques(own, dynamics, log.source)
         if own.digest in digests:
-            raise InputError(
-                "is given twice, with the payload, without it or as the `arm`",
-                log.source,
-                "give each recording once",
-            )
+            what = "is given twice, with the payload, without it or as the `arm`"
+            raise InputError(what, log.source, "give each recording once")
         digests.add(own.digest)

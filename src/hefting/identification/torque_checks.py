@@ -99,11 +99,9 @@ def require_arms_torques(
             "give them in N m",
         )
     if both < OPPOSED * (square * float((torque**2).sum())) ** 0.5:
-        raise InputError(
-            "the torques have the other sign than those of the URDF's arm",
-            source,
-            "give those that the motors exert on the links, or another `gravity`",
-        )
+        what = "the torques have the other sign than those of the URDF's arm"
+        fix = "give those that the motors exert on the links, or another `gravity`"
+        raise InputError(what, source, fix)
 
 
 def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:

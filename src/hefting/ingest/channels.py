@@ -73,11 +73,9 @@ def require_changing_wrench(recording: Recording) -> None:
     if not values.any() or np.ptp(values, axis=0).any():
         return
     if np.abs(q @ q[0]).min() < np.cos(0.5 * TURNED):
-        raise InputError(
-            "the wrench never changes, although the sensor turns",
-            recording.source,
-            "is the sensor connected, and are these its columns?",
-        )
+        what = "the wrench never changes, although the sensor turns"
+        fix = "is the sensor connected, and are these its columns?"
+        raise InputError(what, recording.source, fix)
 
 
 def has_noise(values: Array) -> Mask:

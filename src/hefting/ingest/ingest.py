@@ -249,11 +249,8 @@ def _averages_of(
         recording, found, motion, drift=may_be_biased
     )
     if not np.any(measured.measurements.wrench):
-        raise InputError(
-            "the wrench is zero throughout",
-            where=recording.source,
-            fix="check its columns",
-        )
+        what = "the wrench is zero throughout"
+        raise InputError(what, where=recording.source, fix="check its columns")
     z = replace(
         measured.measurements,
         weights=weights_of(found, measured, counts),
@@ -300,10 +297,8 @@ def _messages(
 def check_convention(wrench: str) -> None:
     """`InputError` for a word that is no sign convention of a wrench."""
     if wrench not in ("auto", "on-object", "on-sensor"):
-        raise InputError(
-            f"unknown wrench convention '{wrench}'",
-            fix="use auto, on-object or on-sensor",
-        )
+        what = f"unknown wrench convention '{wrench}'"
+        raise InputError(what, fix="use auto, on-object or on-sensor")
 
 
 def _conditioning_warnings(

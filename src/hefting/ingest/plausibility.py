@@ -184,11 +184,8 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
     fit, source = found.fit, found.log
     mass = 0.0 if fit.mass_is_open else abs(fit.mass)
     if mass > HEAVIEST_OBJECT:
-        raise InputError(
-            f"the force would need {mass:.3g} kg",
-            source,
-            "give it in newtons; check `gravity`",
-        )
+        what = f"the force would need {mass:.3g} kg"
+        raise InputError(what, source, "give it in newtons; check `gravity`")
     reach = LONGEST_OBJECT
     if shape is not None:
         volume = float(np.prod(shape.extents))

@@ -57,11 +57,8 @@ class Cluster:
                         address, timeout=PATIENCE, set_as_default=False
                     )
             except (OSError, TimeoutError, ValueError) as error:
-                raise InputError(
-                    f"no Dask scheduler answers ({error})",
-                    address,
-                    "start one: dask scheduler",
-                ) from error
+                what = f"no Dask scheduler answers ({error})"
+                raise InputError(what, address, "start one: dask scheduler") from error
             stack.callback(self.client.close)
             self.stack = stack.pop_all()
 

@@ -159,11 +159,8 @@ def check_output(path: str | Path) -> str:
             for each in formats()
             if "" in each.written
         ]
-        raise InputError(
-            f"'{suffix}' is not a log format to write",
-            path,
-            f"use {known}{''.join(folders)}",
-        )
+        what = f"'{suffix}' is not a log format to write"
+        raise InputError(what, path, f"use {known}{''.join(folders)}")
     return suffix
 
 

@@ -142,11 +142,8 @@ def check_names(names: Sequence[str], source: str | Path) -> list[str]:
     named = [name for name in names if name]
     if len(set(named)) < len(named):
         twice = next(name for name in named if named.count(name) > 1)
-        raise InputError(
-            f"column {quote_name(twice)} is there {named.count(twice)} times",
-            source,
-            "keep one of them",
-        )
+        what = f"column {quote_name(twice)} is there {named.count(twice)} times"
+        raise InputError(what, source, "keep one of them")
     return named
 
 

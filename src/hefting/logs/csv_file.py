@@ -182,11 +182,8 @@ class CsvTable:
                 lengths = np.diff(np.append(ends, len(text)), prepend=-1)[:lines]
                 rows = rows[: len(ends) + 1][lengths > 1]
             if len(rows) != table.num_rows:
-                raise InputError(
-                    "a quoted cell goes over several lines",
-                    self.source,
-                    "write each row on one line",
-                )
+                what = "a quoted cell goes over several lines"
+                raise InputError(what, self.source, "write each row on one line")
         first = 0
         for batch in table.to_batches():
             last = first + len(batch)
@@ -364,11 +361,8 @@ def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
                 yield b"".join((rest, memoryview(data)[:cut]))
                 rest = data[cut:]
             elif len(rest := rest + data) > BLOCK:
-                raise InputError(
-                    f"has a line of more than {BLOCK:,} bytes",
-                    path,
-                    "export the log as CSV",
-                )
+                what = f"has a line of more than {BLOCK:,} bytes"
+                raise InputError(what, path, "export the log as CSV")
     if rest or held:
         yield unify_line_ends(rest + held)
 

@@ -210,11 +210,8 @@ def _read_names(
     where = f"{path}, row {row}"
     line = _without_mark(lines[row - 1])
     if len(line.encode(errors="surrogateescape")) > MAX_HEADER:
-        raise InputError(
-            f"the header has more than {MAX_HEADER:,} bytes",
-            where,
-            "export the log as CSV",
-        )
+        what = f"the header has more than {MAX_HEADER:,} bytes"
+        raise InputError(what, where, "export the log as CSV")
     separator = layout.separator or _guess_separator(line)
     try:
         line.encode()

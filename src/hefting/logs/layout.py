@@ -46,11 +46,8 @@ def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
     if separator is not None and not (
         isinstance(separator, str) and separator in SEPARATORS
     ):
-        raise InputError(
-            f"{brief(separator)} is no separator",
-            f"{path}, key separator",
-            "use , ; | tab or space",
-        )
+        what = f"{brief(separator)} is no separator"
+        raise InputError(what, f"{path}, key separator", "use , ; | tab or space")
     if decimal not in (".", ",", None):
         raise InputError(
             f"{brief(decimal)} is no decimal mark", f"{path}, key decimal", "use . or ,"
@@ -65,11 +62,8 @@ def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
             f"{brief(header)} is no line number", f"{path}, key header", fix
         )
     if skip is not None and not whole(skip, 0):
-        raise InputError(
-            f"{brief(skip)} is no number of lines",
-            f"{path}, key skip",
-            "give 0 or more",
-        )
+        what = f"{brief(skip)} is no number of lines"
+        raise InputError(what, f"{path}, key skip", "give 0 or more")
     line = None if header is None else int(header)
     return Layout(SEPARATORS[separator] if separator else None, line, skip, decimal)
 

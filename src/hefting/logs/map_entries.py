@@ -51,11 +51,8 @@ def _expand_range(name: str, where: str) -> Sequence[str]:
         return [name]
     first, last = int(found[2]), int(found[3])
     if not first <= last < first + MAX_NAMES:
-        raise InputError(
-            f"{brief(name)} counts no columns",
-            where,
-            "give the smaller number first, as in q{0..6}",
-        )
+        what = f"{brief(name)} counts no columns"
+        raise InputError(what, where, "give the smaller number first, as in q{0..6}")
     return [f"{found[1]}{number}{found[4]}" for number in range(first, last + 1)]
 
 
@@ -104,11 +101,8 @@ def parse_time(value: Any, where: str) -> MappedTime:
         value, "column", ("column", "unit", "rate", "nanoseconds"), where
     )
     if "column" not in entry and "rate" not in entry:
-        raise InputError(
-            "says neither column nor rate",
-            where,
-            'give { column = "name" } or { rate = 1000 } in Hz',
-        )
+        fix = 'give { column = "name" } or { rate = 1000 } in Hz'
+        raise InputError("says neither column nor rate", where, fix)
     column = None
     if "column" in entry:
         column = parse_one_column(entry["column"], where)
@@ -133,16 +127,10 @@ def _unit_of_rate(entry: dict[str, Any], where: str) -> Unit:
         or not isinstance(rate, int | float)
         or not 0 < rate < 1e9
     ):
-        raise InputError(
-            f"the rate {brief(rate)} is no positive number",
-            f"{where}.rate",
-            "give it in Hz",
-        )
+        what = f"the rate {brief(rate)} is no positive number"
+        raise InputError(what, f"{where}.rate", "give it in Hz")
     for other in ("unit", "nanoseconds"):
         if other in entry:
-            raise InputError(
-                f"says both {other} and rate",
-                where,
-                "give the rate alone if the column counts frames",
-            )
+            fix = "give the rate alone if the column counts frames"
+            raise InputError(f"says both {other} and rate", where, fix)
     return SECOND if rate == 1 else Unit(f"frames at {rate:g} Hz", 1.0, float(rate))

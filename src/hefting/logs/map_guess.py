@@ -98,11 +98,9 @@ def guess_map_of(sample: Sample) -> GuessedMap:
     guesses = _guesses(sample)
     keys = frozenset(guess.key for guess in guesses)
     if not keys - {"time"}:
-        raise InputError(
-            "no column has a name that says what it holds",
-            sample.source,
-            "write the map by hand, with the numbers of the columns",
-        )
+        what = "no column has a name that says what it holds"
+        fix = "write the map by hand, with the numbers of the columns"
+        raise InputError(what, sample.source, fix)
     missing = [] if "time" in keys else [TIME_EXAMPLE]
     if not keys & {"wrench", *JOINT_EFFORTS}:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')

@@ -143,11 +143,8 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
     names = [n if place is None else f"{n}_{place}" for n, place in places]
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise InputError(
-            f"column {twice[0][0][:40]!r} is there {twice[0][1]} times",
-            path,
-            "keep one of them",
-        )
+        what = f"column {twice[0][0][:40]!r} is there {twice[0][1]} times"
+        raise InputError(what, path, "keep one of them")
     return ParquetTable(str(path), tuple(names), tuple(places))
 
 

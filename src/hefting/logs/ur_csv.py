@@ -121,17 +121,11 @@ def _check_fields(
             "there is no column timestamp", table.source, "record timestamp too"
         )
     if wrench_needed and not {RAW, FORCE} & set(fields):
-        raise InputError(
-            "there is no wrench",
-            table.source,
-            f"record {RAW}, or {FORCE} with payload and tcp_offset",
-        )
+        fix = f"record {RAW}, or {FORCE} with payload and tcp_offset"
+        raise InputError("there is no wrench", table.source, fix)
     if not {"actual_TCP_pose", "actual_q"} & set(fields):
-        raise InputError(
-            "there is neither a pose nor joint angles",
-            table.source,
-            "record actual_TCP_pose",
-        )
+        what = "there is neither a pose nor joint angles"
+        raise InputError(what, table.source, "record actual_TCP_pose")
 
 
 def _time_of(table: Table) -> str | None:
@@ -178,11 +172,8 @@ def find_motion_and_wrench(
     has_wrench = raw or FORCE in values
     if "actual_TCP_pose" not in values:
         if has_wrench and not raw:
-            raise InputError(
-                f"{FORCE} is in base axes, and there is no pose to turn it by",
-                source,
-                f"record actual_TCP_pose too, or {RAW}",
-            )
+            what = f"{FORCE} is in base axes, and there is no pose to turn it by"
+            raise InputError(what, source, f"record actual_TCP_pose too, or {RAW}")
         return {"wrench": values[RAW]} if raw else {}
     found, rotations, remark = _flange_motion(values)
     notes.append(note("pose-source", remark))
@@ -211,11 +202,8 @@ def _check_whole(field: str, names: list[str], there: list[str], source: str) ->
     """`InputError` for an incomplete field."""
     missing = [name for name in names if name not in there]
     if missing:
-        raise InputError(
-            f"column {missing[0]} is missing beside {there[0]}",
-            source,
-            f"record all of {field}",
-        )
+        what = f"column {missing[0]} is missing beside {there[0]}"
+        raise InputError(what, source, f"record all of {field}")
 
 
 def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:
@@ -223,11 +211,8 @@ def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:
     read = [table.names[column] for columns in fields.values() for column in columns]
     for name in (*TIMES, *read):
         if table.names.count(name) > 1:
-            raise InputError(
-                f"column {name} is there {table.names.count(name)} times",
-                table.source,
-                "keep one",
-            )
+            what = f"column {name} is there {table.names.count(name)} times"
+            raise InputError(what, table.source, "keep one")
 
 
 def _check_payload(
@@ -244,11 +229,10 @@ def _check_payload(
     loaded = np.abs(values["payload"][:, 0]) > 1e-6
     if loaded.any():
         k = np.argmax(loaded)
-        raise InputError(
-            f"the controller has already removed a payload of {values['payload'][k, 0]:.4g} kg from {FORCE}",
-            where=f"{source}, row {record.rows[k]}, column payload",
-            fix=f"record {RAW}, or set the payload to 0 and record again",
-        )
+        what = f"the controller has already removed a payload of {values['payload'][k, 0]:.4g} kg from {FORCE}"
+        where = f"{source}, row {record.rows[k]}, column payload"
+        fix = f"record {RAW}, or set the payload to 0 and record again"
+        raise InputError(what, where=where, fix=fix)
     return []
 
 

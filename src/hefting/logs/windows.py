@@ -119,11 +119,8 @@ def _format_of(path: str | Path) -> Format:
     found = find_format(path)
     if found is None or not (found.is_table and found.in_blocks):
         tables = " or ".join(each.name for each in table_formats() if each.in_blocks)
-        raise InputError(
-            f"only {tables} is read window by window",
-            path,
-            "convert it (hefting convert), or give `start` and `duration`",
-        )
+        fix = "convert it (hefting convert), or give `start` and `duration`"
+        raise InputError(f"only {tables} is read window by window", path, fix)
     check_readable(path)
     check_size(path, inf)
     return found

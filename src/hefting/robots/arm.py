@@ -155,11 +155,8 @@ def _geometries(parts: list[_Element], path: str | Path) -> Iterator[Geometry]:
 
 def _check_size(values: Array, where: str) -> None:
     if np.abs(values).max() > LARGEST_SIZE:
-        raise InputError(
-            f"a visual part is larger than {LARGEST_SIZE:g} m",
-            where,
-            "give lengths in metres",
-        )
+        what = f"a visual part is larger than {LARGEST_SIZE:g} m"
+        raise InputError(what, where, "give lengths in metres")
 
 
 MOST_LINKS = 200

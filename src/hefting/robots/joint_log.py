@@ -109,10 +109,8 @@ def _joints_of_columns(
     if not names:
         return _joints_by_number(count, robot, source)
     if len(names) != count:
-        raise InputError(
-            f"{len(names)} joint names for {count} columns of joint positions",
-            where=source,
-        )
+        what = f"{len(names)} joint names for {count} columns of joint positions"
+        raise InputError(what, where=source)
     missing = [name for name in robot.joints if name not in names]
     if missing:
         what = f"lacks joint {listed(missing, 10)} of {robot.source}{nearest(missing[0], names)}"

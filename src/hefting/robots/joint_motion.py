@@ -32,10 +32,8 @@ class JointMotion:
             or len(shape) != 2
             or {self.velocity.shape, self.acceleration.shape} != {shape}
         ):
-            raise InputError(
-                "time (K,), position, velocity and acceleration (K, n) do not agree",
-                where="JointMotion",
-            )
+            what = "time (K,), position, velocity and acceleration (K, n) do not agree"
+            raise InputError(what, where="JointMotion")
 
 
 @immutable

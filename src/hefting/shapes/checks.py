@@ -52,10 +52,8 @@ def unit_scale(unit: str | None) -> float:
     if unit is None:
         return 1.0
     if unit not in UNITS:
-        raise InputError(
-            f"unknown unit '{unit}'{nearest(str(unit), UNITS)}",
-            fix=f"use one of {', '.join(UNITS)}",
-        )
+        what = f"unknown unit '{unit}'{nearest(str(unit), UNITS)}"
+        raise InputError(what, fix=f"use one of {', '.join(UNITS)}")
     return UNITS[unit]
 
 
@@ -86,11 +84,8 @@ def point_array(points: Any, where: Any = None) -> Array:
     if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0:
         raise InputError(f"a point cloud is an array (n, 3), not {p.shape}", where)
     if not np.isfinite(p).all() or np.abs(p).max() > 1e9:
-        raise InputError(
-            "the point cloud has values that are not finite, or beyond 1e9 m",
-            where,
-            "remove those points",
-        )
+        what = "the point cloud has values that are not finite, or beyond 1e9 m"
+        raise InputError(what, where, "remove those points")
     longest = float(np.ptp(p, axis=0).max())
     if 0.0 < longest < SMALLEST_LENGTH:
         raise InputError(

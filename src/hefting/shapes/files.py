@@ -75,11 +75,9 @@ def check_text(data: bytes, path: str | Path) -> None:
         lines += int(np.count_nonzero((text < ord(" ")) & (text != ord("\t"))))
         between = bool(blank[-1])
         if max(words, lines) > MAX_WORDS:
-            raise InputError(
-                f"holds more than {MAX_WORDS // 1_000_000} million words of text",
-                path,
-                "simplify or downsample it, or export it as a binary file",
-            )
+            what = f"holds more than {MAX_WORDS // 1_000_000} million words of text"
+            fix = "simplify or downsample it, or export it as a binary file"
+            raise InputError(what, path, fix)
 
 
 def check_count(count: int, path: str | Path) -> None:
@@ -201,22 +199,16 @@ def read_bytes(
     read, and is neither empty nor larger than `MAX_BYTES`."""
     file, suffix = Path(path), Path(path).suffix.lower()
     if suffix not in suffixes:
-        raise InputError(
-            f"'{suffix}' is not {kind} this can read",
-            path,
-            f"use one of {', '.join(suffixes)}",
-        )
+        what = f"'{suffix}' is not {kind} this can read"
+        raise InputError(what, path, f"use one of {', '.join(suffixes)}")
     check_readable(path)
     try:
         if not file.is_file():
             what = "is not a file" if os.path.lexists(file) else "no such file"
             raise InputError(what, path, "check the path")
         if file.stat().st_size > MAX_BYTES:
-            raise InputError(
-                f"larger than {MAX_BYTES // 1_000_000} MB",
-                path,
-                "simplify or downsample it",
-            )
+            what = f"larger than {MAX_BYTES // 1_000_000} MB"
+            raise InputError(what, path, "simplify or downsample it")
         data = file.read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(

@@ -190,11 +190,8 @@ def read_cloud(path: str | Path) -> Array:
             what, path, "give one point a row: x, y, z, numbers only"
         ) from error
     if points.ndim != 2 or points.shape[1] < 3 or len(points) == 0:
-        raise InputError(
-            f"a point cloud has three columns, not shape {points.shape}",
-            path,
-            "give x, y, z",
-        )
+        what = f"a point cloud has three columns, not shape {points.shape}"
+        raise InputError(what, path, "give x, y, z")
     return np.ascontiguousarray(points[:, :3])
 
 

@@ -197,10 +197,8 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
     parts, total, drawn = [], 0, 0
     while total < count:
         if drawn > max(MAX_CELLS, 20 * count):
-            raise InputError(
-                "the shape fills too little of its bounding box for random points",
-                fix="use a grid",
-            )
+            what = "the shape fills too little of its bounding box for random points"
+            raise InputError(what, fix="use a grid")
         points = box.low + box.sides * rng.random((batch, 3))
         inside = points_inside(box.triangles, points)
         parts.append(points[inside])
@@ -277,10 +275,8 @@ def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
             lines.append(known[axis, line])
         cells = math.prod(len(line) for line in lines)
         if cells > MAX_CELLS:
-            raise InputError(
-                "the shape is too thin and wide for so many grid points",
-                fix="ask for fewer points",
-            )
+            what = "the shape is too thin and wide for so many grid points"
+            raise InputError(what, fix="ask for fewer points")
         if size and size + cells > 2_000_000:
             results += _evaluate_batch(box, batch, target)
             batch, size = [], 0

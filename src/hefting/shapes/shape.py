@@ -297,11 +297,8 @@ class Shape(Shown):
         vertices = read_ply_vertices(path)
         label = next((name for name in LABELS if name in vertices.columns), None)
         if label is None:
-            raise InputError(
-                "no labels in the PLY file",
-                path,
-                f"name a vertex property {LABELS[0]}, or use from_cloud",
-            )
+            fix = f"name a vertex property {LABELS[0]}, or use from_cloud"
+            raise InputError("no labels in the PLY file", path, fix)
         points = point_array(vertices.positions, path) * unit_scale(unit)
         pose = _pose_of(pose)
         labels, volumes = vertices.columns[label], vertices.columns.get("volume")

@@ -70,18 +70,12 @@ def solid_from_mesh(
     """
     v, f = np.asarray(vertices, dtype=float), np.asarray(faces)
     if v.ndim != 2 or v.shape[1] != 3 or f.ndim != 2 or f.shape[1] != 3 or len(f) == 0:
-        raise InputError(
-            "the mesh has no triangles",
-            where,
-            "is the file whole? give a mesh with faces, or a point cloud as .xyz",
-        )
+        fix = "is the file whole? give a mesh with faces, or a point cloud as .xyz"
+        raise InputError("the mesh has no triangles", where, fix)
     f = f.astype(np.int64)
     if f.min() < 0 or f.max() >= len(v):
-        raise InputError(
-            "a face of the mesh names a vertex that is not there",
-            where,
-            "export the mesh again",
-        )
+        what = "a face of the mesh names a vertex that is not there"
+        raise InputError(what, where, "export the mesh again")
     v, f = _merge(v, f, where)
     if len(f) == 0:
         raise InputError(
@@ -95,17 +89,13 @@ def solid_from_mesh(
         f_all, volume = f_all[:, ::-1], -volume
     if not volume > 1e-10 * float(np.linalg.norm(np.ptp(v, axis=0))) ** 3:
         fix = "give a closed mesh, or take its convex hull (`hull`)"
-        raise InputError(
-            "the mesh encloses no volume (it is flat, or a surface without thickness)",
-            where,
-            fix,
+        what = (
+            "the mesh encloses no volume (it is flat, or a surface without thickness)"
         )
+        raise InputError(what, where, fix)
     if not np.linalg.eigvalsh(second)[0] > 0:
-        raise InputError(
-            "the mesh's surface is too tangled to tell inside from outside",
-            where,
-            "repair the mesh",
-        )
+        what = "the mesh's surface is too tangled to tell inside from outside"
+        raise InputError(what, where, "repair the mesh")
     area, cap_area = _area(closed_v[f]), _area(closed_v[caps])
     return Solid(
         frozen(closed_v),
@@ -123,11 +113,8 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     used, _, index = _unique(f.ravel())
     v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
-        raise InputError(
-            "the mesh has coordinates that are not finite, or beyond 1e9 m",
-            where,
-            "export the mesh again",
-        )
+        what = "the mesh has coordinates that are not finite, or beyond 1e9 m"
+        raise InputError(what, where, "export the mesh again")
     origin, diagonal = v.min(axis=0), float(np.linalg.norm(np.ptp(v, axis=0)))
     if diagonal == 0:
         raise InputError(
@@ -338,17 +325,11 @@ def box_solid(lower: ArrayLike, upper: ArrayLike) -> Solid:
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     if not (np.isfinite((low, high)).all() and (low < high).all()):
-        raise InputError(
-            "a box needs x0 < x1, y0 < y1, z0 < z1",
-            "box",
-            "give X0,X1,Y0,Y1,Z0,Z1 in metres",
-        )
+        what = "a box needs x0 < x1, y0 < y1, z0 < z1"
+        raise InputError(what, "box", "give X0,X1,Y0,Y1,Z0,Z1 in metres")
     if max(-low.min(), high.max()) > LARGEST_DISTANCE:
-        raise InputError(
-            "a box is at most a kilometre from the sensor",
-            "box",
-            "give its sides in metres",
-        )
+        what = "a box is at most a kilometre from the sensor"
+        raise InputError(what, "box", "give its sides in metres")
     return solid_from_mesh(corners_between(low, high), BOX_FACES, "box")
 
 

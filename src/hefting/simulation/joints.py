@@ -218,11 +218,8 @@ def _at_speed(
     """Sums of sinusoids (k, n) about the start, with the clock scaled to the wanted mean
     angular speed, or to the speed limit."""
     if not (amplitude * frequency).any():
-        raise InputError(
-            "no joint of the arm can turn",
-            arm.robot.source,
-            "start it away from its joints' limits",
-        )
+        fix = "start it away from its joints' limits"
+        raise InputError("no joint of the arm can turn", arm.robot.source, fix)
 
     def joints(scale: float) -> JointMotion:
         reading, rate, change = (scale * c[:, None, None] for c in clock)

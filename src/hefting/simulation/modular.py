@@ -85,10 +85,8 @@ def modular(name: str) -> Assembly:
     """
     if name.lower() not in MODULAR:
         fix = f"choose one of {', '.join(MODULAR)}"
-        raise InputError(
-            f"'{name}' is no configuration of the modular object{nearest(name, MODULAR)}",
-            fix=fix,
-        )
+        what = f"'{name}' is no configuration of the modular object{nearest(name, MODULAR)}"
+        raise InputError(what, fix=fix)
     filling = MODULAR[name.lower()]
     middle = 0.5 * THICKNESS
     turned = np.diag((-1.0, -1.0, 1.0))

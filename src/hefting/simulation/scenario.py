@@ -170,10 +170,8 @@ def named_object(
     lower = name.lower()
     if lower in OBJECTS:
         if densities or unit is not None:
-            raise InputError(
-                f"what '{name}' is made of is known",
-                fix="give density and unit for meshes only",
-            )
+            fix = "give density and unit for meshes only"
+            raise InputError(f"what '{name}' is made of is known", fix=fix)
         if lower == JOINER_HAMMER:
             return HeldObject.of(hammer(), HAMMER_POSE if pose is None else pose)
         held = held_modular(lower)
@@ -202,10 +200,8 @@ def _common_rate(rates: Rates) -> float:
     wanted = []
     for name, rate in asdict(rates).items():
         if rate is None or not (np.isfinite(rate) and rate >= 0.0):
-            raise InputError(
-                f"the {name} rate is {rate} Hz",
-                fix="give a number that is not negative, 0 for none",
-            )
+            what = f"the {name} rate is {rate} Hz"
+            raise InputError(what, fix="give a number that is not negative, 0 for none")
         if rate > 0.0:
             wanted.append(Fraction(rate).limit_denominator(1000))
     if not wanted or min(wanted) <= 0:

@@ -218,11 +218,8 @@ def _torques(recording: Recording, gains: Array | None) -> str:
         return "joint_torques"
     if recording.has("joint_currents"):
         if gains is None:
-            raise InputError(
-                "the motors' currents are in amperes",
-                source,
-                "give `torque_gains`, one for each joint [N m/A]",
-            )
+            fix = "give `torque_gains`, one for each joint [N m/A]"
+            raise InputError("the motors' currents are in amperes", source, fix)
         return "joint_currents"
     raise InputError(
         "there are no joint torques",

@@ -149,10 +149,8 @@ class Bayes(Estimator):
         if isinstance(self.until, str):
             object.__setattr__(self, "until", Accuracy.parse(self.until))
         elif not isinstance(self.until, Accuracy | None):
-            raise InputError(
-                f"until is an accuracy, not {self.until}",
-                fix="as in mass=1%,com=2mm,inertia=20%",
-            )
+            what = f"until is an accuracy, not {self.until}"
+            raise InputError(what, fix="as in mass=1%,com=2mm,inertia=20%")
         try:
             pose_std = np.zeros(2) if self.pose_std is None else self.pose_std
             pose_std = np.array(pose_std, dtype=float)

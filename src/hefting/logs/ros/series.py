@@ -91,11 +91,9 @@ def tidy(
     steps = np.diff(series.time)
     if len(steps) and steps.min() < -FAR_BACK:
         k = int(np.argmax(steps < -FAR_BACK))
-        raise InputError(
-            f"time goes back by {-steps[k] * 1e-9:.9g} s",
-            where=f"{where}, message {series.rows[k + 1]}",
-            fix="cut the bag there, or record with one clock",
-        )
+        what = f"time goes back by {-steps[k] * 1e-9:.9g} s"
+        fix = "cut the bag there, or record with one clock"
+        raise InputError(what, where=f"{where}, message {series.rows[k + 1]}", fix=fix)
     if (backward := int((steps < 0).sum())) > 0:
         text = (
             f"{backward} messages of {what} came out of order: sorted by their stamps"

@@ -84,11 +84,9 @@ class Source:
         """The next `count` bytes, or all that are left."""
         count = min(count, self.left)
         if count > MAX_CHUNK:
-            raise InputError(
-                f"a record at byte {self.position} has {count / 1e6:.0f} MB, more than 256 MiB",
-                self.path,
-                "record the log again with smaller chunks",
-            )
+            what = f"a record at byte {self.position} has {count / 1e6:.0f} MB, more than 256 MiB"
+            fix = "record the log again with smaller chunks"
+            raise InputError(what, self.path, fix)
         self.position += count
         report(READING, self.position / self.size)
         return self.file.read(count)
@@ -117,11 +115,8 @@ class Budget:
         if kind in ("", "none"):
             return data
         if size > MAX_CHUNK:
-            raise InputError(
-                f"a chunk has {size / 1e6:.0f} MB, more than 256 MiB",
-                self.path,
-                "record with smaller chunks",
-            )
+            what = f"a chunk has {size / 1e6:.0f} MB, more than 256 MiB"
+            raise InputError(what, self.path, "record with smaller chunks")
         decompressor = _decompressor(kind, self.path)
         try:
             inflated = decompressor.decompress(data, max_length=size + 1)
@@ -142,11 +137,8 @@ class Budget:
         """Count `count` decompressed bytes; `InputError` when they are too many."""
         self.left -= count
         if self.left < 0:
-            raise InputError(
-                f"decompresses to more than {MAX_RATIO} times its size",
-                self.path,
-                "decompress it first",
-            )
+            what = f"decompresses to more than {MAX_RATIO} times its size"
+            raise InputError(what, self.path, "decompress it first")
 
 
 def zstandard() -> Any:
@@ -168,8 +160,5 @@ def _decompressor(kind: str, path: Path) -> Any:
         with needing("rosbags", "ros"):
             from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
         return LZ4FrameDecompressor()
-    raise InputError(
-        f"chunks are compressed as {kind[:20]!r}, which is not read",
-        path,
-        "use lz4, zstd, bz2 or none",
-    )
+    what = f"chunks are compressed as {kind[:20]!r}, which is not read"
+    raise InputError(what, path, "use lz4, zstd, bz2 or none")

@@ -154,10 +154,8 @@ class Streams:
     def _check_world(self, topic: Gathered, frame: str) -> None:
         """`InputError` for poses in another frame than the named world."""
         if self.world not in (None, frame):
-            raise InputError(
-                f"poses are in frame '{frame}', not '{self.world}'",
-                f"{self.path}, {topic.topic.name}",
-            )
+            what = f"poses are in frame '{frame}', not '{self.world}'"
+            raise InputError(what, f"{self.path}, {topic.topic.name}")
 
     def _warn_about_pose(self, topic: Gathered, frame: str, child: str) -> None:
         """Warn that the poses' frame on the sensor is unknown, except in bags of this
@@ -217,10 +215,8 @@ class Streams:
         # the first such message gives the order
         _, *names = max(first, key=lambda key: (len(key), -first[key]))
         if len(set(names)) != len(names):
-            raise InputError(
-                "a joint has two values in one message",
-                f"{self.path}, {topic.topic.name}",
-            )
+            what = "a joint has two values in one message"
+            raise InputError(what, f"{self.path}, {topic.topic.name}")
         others: set[str] = set()
         parts: dict[str, list[Series]] = {}
         for (what, *own), series in topic.series.items():
