@@ -11,12 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.magnitudes import (
-    LARGEST,
-    LARGEST_TIME,
-    SMALLEST_INTERVAL,
-    too_large,
-)
+from hefting.core.magnitudes import LARGEST, LARGEST_TIME, SMALLEST_INTERVAL, too_large
 from hefting.core.spatial import (
     CHUNK,
     WRENCH,

@@ -35,12 +35,7 @@ from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.estimators.joint_state import (
-    State,
-    as_one,
-    join,
-    join_all,
-)
+from hefting.estimators.joint_state import State, as_one, join, join_all
 from hefting.estimators.quadratic import whitening
 from hefting.estimators.sample_state import (
     SampleState,

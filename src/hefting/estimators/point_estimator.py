@@ -92,9 +92,7 @@ class MassRow:
             square = other = reading.std**2
         other = max(other, LEAST_OWN_SHARE * (other + gain))
         return cls(
-            (other / own / square) ** 0.5,
-            reading.mass,
-            1.0 - reading.std**2 / square,
+            (other / own / square) ** 0.5, reading.mass, 1.0 - reading.std**2 / square
         )
 
     @property

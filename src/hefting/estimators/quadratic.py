@@ -279,10 +279,7 @@ class LeastSquares:
 
 
 def least_squares(
-    state: State,
-    free_bias: bool,
-    noise: WrenchNoise,
-    equation: Array | None = None,
+    state: State, free_bias: bool, noise: WrenchNoise, equation: Array | None = None
 ) -> LeastSquares:
     """Minimise |S^-1/2 (A phi + beta - b)|² over phi (10,) and, if free, beta (6,); S
     from `noise`, or the identity.

@@ -38,11 +38,7 @@ moments far above those that simulators refuse (MuJoCo: 1e-15 kg m²)."""
 
 
 def known_body(
-    estimate: Estimate,
-    name: str,
-    fill: Fill,
-    accept: bool,
-    say: Callable[[str], str],
+    estimate: Estimate, name: str, fill: Fill, accept: bool, say: Callable[[str], str]
 ) -> Body:
     """Mass, COM and inertia of an estimate in sensor axes, with the lines of a comment;
     `say` turns names of arguments in backquotes into the reader's.

@@ -156,10 +156,7 @@ def _part_message(
 ) -> Message:
     """The message on a `Suspect.part` of a run; `sources` are the names of the runs."""
     number, first, last = part
-    when = (
-        f"from {first:.1f} s" if first else "",
-        f"to {last:.1f} s" if last else "",
-    )
+    when = (f"from {first:.1f} s" if first else "", f"to {last:.1f} s" if last else "")
     span = " ".join(filter(None, when)) or "all of it"
     what = (
         f"{sources[number]}: {span} its torques contradict the rest, as if "

@@ -34,12 +34,7 @@ from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import ChosenPart, choose_part, left_out_of
 from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.rivals.consequence import Doubt
-from hefting.ingest.sign_and_bias import (
-    Fitted,
-    choose_sign,
-    fit_samples,
-    sign_warnings,
-)
+from hefting.ingest.sign_and_bias import Fitted, choose_sign, fit_samples, sign_warnings
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_drift,
@@ -52,11 +47,7 @@ from hefting.ingest.unmeasured import (
     without_faulty_poses,
     without_stalled_wrench,
 )
-from hefting.ingest.weights import (
-    acceleration_message,
-    motion_noise_of,
-    weights_of,
-)
+from hefting.ingest.weights import acceleration_message, motion_noise_of, weights_of
 from hefting.logs.given import as_recording
 from hefting.motion import Measured
 from hefting.motion.measure import Source

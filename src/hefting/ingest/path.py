@@ -21,13 +21,7 @@ from hefting.core.spatial import (
 )
 from hefting.motion import Curves, SmoothedPoses, smooth_poses
 from hefting.motion.bspline import TIMES_EVALUATED_TOGETHER
-from hefting.motion.measure import (
-    TWIST,
-    Source,
-    may_move,
-    nearest_rows,
-    reads_columns,
-)
+from hefting.motion.measure import TWIST, Source, may_move, nearest_rows, reads_columns
 from hefting.motion.state import angular_motion
 
 FEWEST_POSES_OF_PATH = 8
@@ -237,11 +231,7 @@ def _pose_path(curves: Curves) -> Path:
 
 
 def _read_scaled(
-    read: Read,
-    linear: float,
-    angular: float,
-    time: Array,
-    spread: bool,
+    read: Read, linear: float, angular: float, time: Array, spread: bool
 ) -> tuple[Array, Array, Mask]:
     value, variances, known = read(time, spread)
     factors = np.ones(value.shape[1])

@@ -21,12 +21,7 @@ from hefting.core.spatial import (
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Problem
-from hefting.ingest.outliers import (
-    Outliers,
-    find_odd_poses,
-    find_outliers,
-    no_outliers,
-)
+from hefting.ingest.outliers import Outliers, find_odd_poses, find_outliers, no_outliers
 
 FEWEST_SAMPLES_FOR_OUTLIERS = 40
 """Number of samples below which no sample is rejected."""

@@ -11,11 +11,7 @@ import numpy as np
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Indices, Mask, distinct, median, runs_of
-from hefting.ingest.channels import (
-    SAMPLES_FOR_NOISE,
-    has_noise,
-    noise_of_channel,
-)
+from hefting.ingest.channels import SAMPLES_FOR_NOISE, has_noise, noise_of_channel
 from hefting.motion.continuity import Discontinuities, find_discontinuities
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import ORIENTATION_LIMITS, POSITION_LIMITS

@@ -109,8 +109,7 @@ def weights_at_rest(motion: Motion, gravity: Array, mass: float, noise: float) -
 def _turning(motion: Motion) -> Array:
     """(K,) [1/s²] Acceleration of a point over its distance from the axis."""
     return np.hypot(
-        lengths(motion.angular_acceleration),
-        lengths(motion.angular_velocity) ** 2,
+        lengths(motion.angular_acceleration), lengths(motion.angular_velocity) ** 2
     )
 
 

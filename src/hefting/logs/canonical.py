@@ -47,11 +47,7 @@ MAPPED = (
 """Advice for columns with other names."""
 
 REQUIRED = (
-    (
-        "wrench",
-        (),
-        "name the wrench's columns fx fy fz tx ty tz",
-    ),
+    ("wrench", (), "name the wrench's columns fx fy fz tx ty tz"),
     (
         "orientation",
         ("q1",),

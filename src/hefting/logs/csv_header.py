@@ -144,11 +144,7 @@ def _find_names(lines: Sequence[str], layout: Layout) -> int:
 
 
 def _fit(
-    lines: Sequence[str],
-    row: int,
-    names: Sequence[str],
-    separator: str,
-    layout: Layout,
+    lines: Sequence[str], row: int, names: Sequence[str], separator: str, layout: Layout
 ) -> "tuple[tuple[str, ...], Rows]":
     """The names in a line, and the rows below, which may have another separator, or a
     separator at their ends where the names have none, or the reverse."""

@@ -121,14 +121,7 @@ def _guesses(sample: Sample) -> list[Guess]:
     groups = group_columns([sample.words(j) for j in range(len(sample.names))])
     makers: Sequence[
         Callable[[Sample, Groups, set[str]], Guess | list[Guess] | None]
-    ] = (
-        _wrench,
-        _poses,
-        _orientation,
-        _position,
-        joints_of,
-        _inertial,
-    )
+    ] = (_wrench, _poses, _orientation, _position, joints_of, _inertial)
     time = time_of(sample)
     found: list[Guess] = [time] if time else []
     taken: set[int] = set(time.columns) if time else set()

@@ -96,10 +96,7 @@ class LiveEstimate:
             "sufficient": self.sufficient,
             "object": self.object,
             "previous": before
-            and {
-                "mass": before.mass,
-                "center_of_mass": before.center_of_mass.tolist(),
-            },
+            and {"mass": before.mass, "center_of_mass": before.center_of_mass.tolist()},
             "counts": {
                 k: dict(v) if isinstance(v, Mapping) else v
                 for k, v in self.counts.items()

@@ -50,11 +50,7 @@ class Pipeline:
     """
 
     def __init__(
-        self,
-        asker: Remote | Inline,
-        *,
-        prompt: bool,
-        sensor_pose: Array | None = None,
+        self, asker: Remote | Inline, *, prompt: bool, sensor_pose: Array | None = None
     ):
         self._asker, self._prompt = asker, prompt
         self.history = History(sensor_pose=sensor_pose)

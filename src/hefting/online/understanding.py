@@ -147,8 +147,7 @@ class Understander:
         if again := what_others_tell([*self._parts, recent])[-1]:
             recent = ingest(recording, **(reading | again))
         known = Understanding(
-            end=float(recent.measurements.time[-1]),
-            changed=_changed(recent),
+            end=float(recent.measurements.time[-1]), changed=_changed(recent)
         )
         try:
             return self._identified(known, recent, recording)

@@ -22,15 +22,7 @@ import hefting
 from hefting.core.errors import HeftingError, InputError, nearest
 from hefting.core.files import write_atomically
 from hefting.jobs import Jobs, Lost, check_workers, source_version
-from hefting.page.html import (
-    Markup,
-    document,
-    element,
-    escape,
-    join,
-    note,
-    table,
-)
+from hefting.page.html import Markup, document, element, escape, join, note, table
 from hefting.plots.style import save_figure
 from hefting.reproduction.experiment import (
     Experiment,

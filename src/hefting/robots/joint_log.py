@@ -81,11 +81,7 @@ def with_poses(
     warnings = (*recording.warnings, *angle_doubts(q, robot))
     notes = (*recording.notes, note("poses-from-joints", done))
     return replace(
-        recording,
-        streams=kept | poses,
-        warnings=warnings,
-        notes=notes,
-        angles=None,
+        recording, streams=kept | poses, warnings=warnings, notes=notes, angles=None
     )
 
 

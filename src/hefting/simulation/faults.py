@@ -216,10 +216,7 @@ LEVER = 0.10
 
 
 def record(
-    wielding: Wielding,
-    faults: Faults = Faults(),
-    rates: Rates = Rates(),
-    seed: int = 0,
+    wielding: Wielding, faults: Faults = Faults(), rates: Rates = Rates(), seed: int = 0
 ) -> Recording:
     """The log of a wielding, the same for the same `seed`.
 

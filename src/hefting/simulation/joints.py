@@ -74,10 +74,7 @@ def random_smooth(
 
 
 def wide_smooth(
-    duration: float = 30.0,
-    rate: float = 100.0,
-    seed: int = 0,
-    arm: Arm = UR5,
+    duration: float = 30.0, rate: float = 100.0, seed: int = 0, arm: Arm = UR5
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids, the last three of 15° to 30°
     each and the others of 5° to 12°, starting from rest within a second: for joint

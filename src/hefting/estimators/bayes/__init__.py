@@ -26,11 +26,7 @@ from hefting.estimators.base import (
     take_errors,
 )
 from hefting.estimators.bayes.likelihood import scale_doubts
-from hefting.estimators.bayes.mixture import (
-    INTERVAL_LEVEL,
-    holding,
-    prior_mixture,
-)
+from hefting.estimators.bayes.mixture import INTERVAL_LEVEL, holding, prior_mixture
 from hefting.estimators.bayes.nearest import Duals, duals_of, nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes

@@ -179,10 +179,7 @@ class Prior:
         if not len(scores):
             mean, spread = self._bent(com)
             return Placed(
-                replace(self, mean=mean, spread=spread),
-                None,
-                scores,
-                np.zeros((10, 0)),
+                replace(self, mean=mean, spread=spread), None, scores, np.zeros((10, 0))
             )
         move = self.distortions.by(scores)
         effects = self.distortions.effects(self.mean, scores)
