@@ -139,8 +139,5 @@ def undetermined_mass(
     low, high = (float(end) for end in intervals["mass"])
     if 0.5 * (high - low) <= LARGEST_RELATIVE_HALF_WIDTH * mass:
         return None
-    what = (
-        f"the recording does not determine the mass ({low:.3g} to {high:.3g} kg): "
-        "this answer is not to be used"
-    )
+    what = f"the recording does not determine the mass ({low:.3g} to {high:.3g} kg): this answer is not to be used"
     return error("mass-undetermined", what)

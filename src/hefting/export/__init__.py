@@ -191,10 +191,7 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
         warnings.append(warning("body-thickened", what))
     distance = float(np.linalg.norm(body.center_of_mass))
     if body.frame == "flange" and distance > FARTHEST_COM:
-        what = (
-            f"the centre of mass is {distance:.3g} m from the flange: is the sensor's "
-            "pose in metres?"
-        )
+        what = f"the centre of mass is {distance:.3g} m from the flange: is the sensor's pose in metres?"
         warnings.append(warning("com-far", what, "sensor_pose_in_flange"))
     if target.wants_flange and body.without:
         what = f"{body.without} is not in it: a controller that does not know it takes both together"

@@ -117,10 +117,7 @@ def inertia_messages(
     if not (estimate.undetermined.inertia and target.takes_inertia):
         return []
     if body.is_point:
-        what = (
-            "the recording leaves the inertia open: written without it, mass and "
-            "COM only"
-        )
+        what = "the recording leaves the inertia open: written without it, mass and COM only"
         return [warning("inertia-left-out", what, "fill_inertia")]
     how = "as of a point" if fill == "point" else "from the shape"
     what = f"the recording leaves the inertia open: filled in {how}, not measured"

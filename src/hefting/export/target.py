@@ -178,10 +178,7 @@ def _holder_named(
         what = f"no <{place.element}> is named '{name}'{nearest(name, names)}"
     listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     if not names:
-        fix = (
-            f"the file has no <{place.element}> with a name: if it includes others, give "
-            "the one that has it"
-        )
+        fix = f"the file has no <{place.element}> with a name: if it includes others, give the one that has it"
     elif len(matches) > len({each.scoped for each in matches}):
         fix = "give each a name of its own"
     else:

@@ -84,10 +84,7 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
     whose, fix = "motion", ""
     if left_open(tool).any():
         whose, fix = "tool's estimate", " (record the gripper empty in motion)"
-    what = (
-        f"the {whose} leaves {' and '.join(names)} open{fix}: "
-        f"what is shown follows from {estimator.assumes}"
-    )
+    what = f"the {whose} leaves {' and '.join(names)} open{fix}: what is shown follows from {estimator.assumes}"
     return [warning("open-without-shape", what)]
 
 

@@ -207,10 +207,7 @@ def of_rivals(
             turned = np.degrees(angle_between(dynamics.gravity, found))
             g, words = found.round(3), f"with gravity turned by {turned:.0f}°"
         fix = give_gravity(g)
-    what = (
-        f"the torques are explained far better {words} (residuals up to {times:.1f} "
-        f"times smaller): {fix}"
-    )
+    what = f"the torques are explained far better {words} (residuals up to {times:.1f} times smaller): {fix}"
     return [error("torques-of-other-arm", what, argument)]
 
 
@@ -257,10 +254,7 @@ def of_load(estimate: Estimate, fit: TorqueFit) -> Iterable[Message]:
     std = float(estimate.covariance[0, 0]) ** 0.5
     if estimate.mass > LEAST_LOAD * std:
         return mass_undetermined(estimate)
-    what = (
-        f"the torques show no load ({estimate.mass:.3g} ± {std:.2g} kg): "
-        f"{cause_of_no_load(fit)}"
-    )
+    what = f"the torques show no load ({estimate.mass:.3g} ± {std:.2g} kg): {cause_of_no_load(fit)}"
     return [error("no-load-seen", what)]
 
 

@@ -99,10 +99,7 @@ def of_delays(delays: Sequence[Suspect], empty: bool) -> list[Message]:
         for own in (True, False)
     )
     apart = f" in loaded runs, and {every:.0f} ms in empty ones" if empty else ""
-    what = (
-        f"torques come {loaded:.0f} ms after the positions{apart}, because of clocks or a "
-        "filter: corrected"
-    )
+    what = f"torques come {loaded:.0f} ms after the positions{apart}, because of clocks or a filter: corrected"
     return [note("torques-late", what)]
 
 
@@ -201,10 +198,7 @@ def _joints_message(
         )
         return say("joint-zeros", what)
     each = (f"{dynamics.names[j]} {1.0 + theta[j]:.3g}" for j in large)
-    what = (
-        f"in {runs} torques seem to be too large by a factor, {', '.join(each)}: check "
-        "`torque_gains` and units"
-    )
+    what = f"in {runs} torques seem to be too large by a factor, {', '.join(each)}: check `torque_gains` and units"
     return say("torque-gain", what, "torque_gains")
 
 

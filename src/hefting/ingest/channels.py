@@ -96,10 +96,7 @@ def still_pose_message(recording: Recording) -> Message | None:
         return None
     p = recording["position"].values if recording.has("position") else q
     what = "orientation" if (p != p[0]).any() else "pose"
-    text = (
-        f"the {what} never changes in {len(q)} samples: did the sensor stand still, or "
-        "its stream stop?"
-    )
+    text = f"the {what} never changes in {len(q)} samples: did the sensor stand still, or its stream stop?"
     return warning("pose-constant", text)
 
 

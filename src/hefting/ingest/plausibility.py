@@ -260,10 +260,7 @@ def mass_warnings(found: Ingested) -> list[Message]:
         told, unit = f"{1e3 * mass:.2g} g", "kN"
     else:
         return []
-    what = (
-        f"the object would weigh {told}: is the wrench in newtons and newton-metres, "
-        f"not {unit} and {unit} m?"
-    )
+    what = f"the object would weigh {told}: is the wrench in newtons and newton-metres, not {unit} and {unit} m?"
     return [warning("mass-unusual", what)]
 
 

@@ -26,10 +26,7 @@ RECOUNT = 5.0
 HERE = ("hefting", "hefting.jobs", "hefting.jobs.cluster")
 """Modules that a worker without hefting, or with an old version, cannot import."""
 
-OTHER_VERSION = (
-    "a worker of the cluster has another version of hefting, or none; "
-    "install the same on all"
-)
+OTHER_VERSION = "a worker of the cluster has another version of hefting, or none; install the same on all"
 
 
 class Cluster:

@@ -40,10 +40,7 @@ EXPECTED = (
 )
 """Canonical names that a misspelled column may stand for, with the first joint's."""
 
-MAPPED = (
-    "say which columns hold what in a column map "
-    "(`column_map`=FILE; hefting map guesses one)"
-)
+MAPPED = "say which columns hold what in a column map (`column_map`=FILE; hefting map guesses one)"
 """Advice for columns with other names."""
 
 REQUIRED = (

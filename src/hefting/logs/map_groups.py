@@ -91,10 +91,7 @@ UNIT_WORDS = frozenset(
 """Units at the end of a name: ``Fx_N``, ``x_mm``, ``Fx in N``."""
 
 
-CAMEL = (
-    "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))"
-    "|(?<=[\u3040-\u9fff])(?=[A-Za-z])"
-)
+CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))|(?<=[\u3040-\u9fff])(?=[A-Za-z])"
 """Beginning of a word in ``ForceXRaw``, ``力X``, not in KUKA's ``RIst_X``."""
 
 FRAMES = r"^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])|(?<=Msr)_LBR_\w+(?=\[)"

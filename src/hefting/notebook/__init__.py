@@ -279,10 +279,7 @@ def table_html(
         style = HEAD if k == bold else CELL
         cells = "".join(f'<td style="{style}">{text_html(cell)}</td>' for cell in row)
         body += f'<tr style="background:none">{cells}</tr>'
-    style = (
-        "border-collapse:collapse;font-size:12px;font-variant-numeric:tabular-nums;"
-        "color:inherit;margin:0 0 8px"
-    )
+    style = "border-collapse:collapse;font-size:12px;font-variant-numeric:tabular-nums;color:inherit;margin:0 0 8px"
     return (
         f'<div style="overflow-x:auto"><table style="{style}"><thead>'
         f'<tr style="background:none">{top}</tr></thead><tbody>{body}</tbody></table></div>'

@@ -42,10 +42,7 @@ WORDS = {
     ),
 }
 """Style, title and advice of each verdict."""
-MEANING = (
-    "Each bar is a 95 % interval, the line across it the value; ± reaches to its farther end. "
-    "In sensor axes."
-)
+MEANING = "Each bar is a 95 % interval, the line across it the value; ± reaches to its farther end. In sensor axes."
 Say = Callable[[str], str]
 NAMES = (
     "mass",

@@ -130,10 +130,7 @@ def page_of(
         _plotly() if figures else Markup(),
         Markup(f"\n<script>{_package_file('report.js')}</script>"),
     )
-    head = (
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<link rel="icon" href="data:,">'
-    )
+    head = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}"><link rel="icon" href="data:,">'
     return document(title, body, head)
 
 

@@ -89,10 +89,7 @@ def agreement(
     z, sign = found.measurements, found.sign
     warnings: list[Message] = []
     if not sign.certain:
-        what = (
-            f"the sign of the measured wrench is uncertain ({sign.doubt}); assumed "
-            f"{sign.name}"
-        )
+        what = f"the sign of the measured wrench is uncertain ({sign.doubt}); assumed {sign.name}"
         warnings.append(warning("sign-uncertain", what, "wrench"))
     predicted = predict_wrench(z, estimate.parameters.vector)
     difference = z.wrench - predicted
@@ -159,10 +156,7 @@ def _other_object(
     (force, torque), (usual, turning) = varying, expected
     cause = "is it another object, or another grasp?"
     if has_tool:
-        cause = (
-            "is the tool on the sensor here too (give `tool`), or is it "
-            "another object, or another grasp?"
-        )
+        cause = "is the tool on the sensor here too (give `tool`), or is it another object, or another grasp?"
     what = (
         f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
         f"expected to by {usual:.2g} N and {turning:.2g} N m: {cause}"

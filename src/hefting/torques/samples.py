@@ -195,10 +195,7 @@ def still_joints(
     names = [n for n, by in zip(dynamics.names, ranges, strict=True) if by < LEAST_TURN]
     if not names:
         return ()
-    what = (
-        f"{source}: {', '.join(names)} never moves: its torque is not used, as its "
-        "friction is not known"
-    )
+    what = f"{source}: {', '.join(names)} never moves: its torque is not used, as its friction is not known"
     return (warning("joint-still", what),)
 
 

@@ -116,10 +116,7 @@ def small(text: str) -> str:
 
 
 def _mark(colour: str, text: str) -> str:
-    square = (
-        "display:inline-block;width:0.8em;height:0.8em;margin-right:0.5em;"
-        f"border-radius:2px;background:{colour}"
-    )
+    square = f"display:inline-block;width:0.8em;height:0.8em;margin-right:0.5em;border-radius:2px;background:{colour}"
     return (
         f'<div style="font-size:85%"><span style="{square}"></span>{escape(text)}</div>'
     )

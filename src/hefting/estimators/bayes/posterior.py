@@ -256,15 +256,9 @@ def _exclusion(posterior: Posterior, far: float) -> Message:
     if posterior.instead:
         so = f"the answer is without the shape, which would fit {posterior.instead}"
     times = np.exp(min(-posterior.evidence, 20.0))
-    what = (
-        f"the wrench is {times:.2g} times as likely "
-        f"that of another shape, or of one elsewhere; {so}"
-    )
+    what = f"the wrench is {times:.2g} times as likely that of another shape, or of one elsewhere; {so}"
     if far:
-        what = (
-            f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} "
-            f"standard deviations away; {so}"
-        )
+        what = f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away; {so}"
     return warning("shape-contradicts-wrench", what, "shape")
 
 
