@@ -186,15 +186,10 @@ class Estimator:
     @property
     def provenance(self) -> dict[str, Any]:
         """Plain values of the hyperparameters, for an estimate's provenance."""
-        values = {
-            name: getattr(self, name)
-            for name in self.hyperparameters(getattr(self, "model", None))
-        }
-        return {
-            k: v
-            for k, v in values.items()
-            if isinstance(v, int | float | str | tuple) and k != "bias"
-        }
+        names = self.hyperparameters(getattr(self, "model", None))
+        values = {name: getattr(self, name) for name in names if name != "bias"}
+        plain = int | float | str | tuple
+        return {name: v for name, v in values.items() if isinstance(v, plain)}
 
     @property
     def rests_on_shape(self) -> bool:

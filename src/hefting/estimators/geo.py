@@ -18,7 +18,11 @@ from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.possible_bodies import PossibleBodies
+from hefting.estimators.possible_bodies import (
+    PossibleBodies,
+    ball_factor,
+    body_factor,
+)
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
 from hefting.estimators.sample_state import (
     SMOOTHED_C1,
@@ -171,16 +175,10 @@ class GEO(PointEstimator):
             assert self.shape is not None
             prior = self.shape.homogeneous
         prior = thickened(prior)
-        m, c = prior.mass, prior.center_of_mass
-        G = np.eye(4)
-        G[:3, 3] = c
+        G = body_factor(prior)
         if self.distance == "euclidean":
-            G[:3, :3] *= COMPACT
-        else:
-            G[:3, :3] = np.linalg.cholesky(
-                prior.moved(_shift(-c)).pseudo_inertia[:3, :3] / m
-            )
-        return prior, m * (PARAMETERS_OF @ congruence(G))
+            G = ball_factor(prior.center_of_mass, COMPACT)
+        return prior, prior.mass * (PARAMETERS_OF @ congruence(G))
 
     def possible_bodies(self, center: Array) -> PossibleBodies:
         """Bodies near the prior's, homogeneous one."""
@@ -198,12 +196,6 @@ class GEO(PointEstimator):
         if self.noise is not None and self.distance != "euclidean":
             return GAMMA
         return max(weight_by_rule(problem.A), 1e-300)
-
-
-def _shift(by: Array) -> Array:
-    pose = np.eye(4)
-    pose[:3, 3] = by
-    return pose
 
 
 def weight_by_rule(A: Array) -> float:

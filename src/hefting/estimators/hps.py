@@ -87,13 +87,8 @@ class HPS(PointEstimator):
     def _shares(self) -> Array:
         """(n, parts) mass of each point for 1 kg in each part."""
         _, part = np.unique(np.asarray(self.shape.labels), return_inverse=True)
-        volumes = (
-            self.shape.volumes
-            if self.shape.volumes is not None
-            else np.full(self.shape.n, 1.0 / self.shape.n)
-        )
         shares = np.zeros((self.shape.n, int(part.max()) + 1))
-        shares[np.arange(self.shape.n), part] = volumes
+        shares[np.arange(self.shape.n), part] = self.shape.shares
         totals = shares.sum(axis=0)
         return shares[:, totals > 0.0] / totals[totals > 0.0]
 

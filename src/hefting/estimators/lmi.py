@@ -20,7 +20,7 @@ from hefting.estimators.base import (
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.possible_bodies import PossibleBodies
+from hefting.estimators.possible_bodies import PossibleBodies, ball_factor
 from hefting.estimators.quadratic import (
     Quadratic,
     WrenchNoise,
@@ -133,9 +133,7 @@ def _typical(problem: Quadratic) -> Array:
         second = abs(float(np.trace(vector_to_tensor(vector[4:])))) / (2.0 * mass)
         if second > 0.0:
             radius = float(np.clip(np.sqrt(second), 0.01, 1.0))
-    G = np.diag((radius, radius, radius, 1.0))
-    G[:3, 3] = com
-    return _scaled(problem, G)
+    return _scaled(problem, ball_factor(com, radius))
 
 
 def _scaled(problem: Quadratic, G: Array) -> Array:

@@ -66,7 +66,9 @@ class PossibleBodies:
     @classmethod
     def any(cls, center: Array) -> Self:
         """Any size, with the COM anywhere about `center` (3,) [m]."""
-        members = [_about(_ball(center, float(r)), ANY_BODY_FREEDOM) for r in RADII]
+        members = [
+            _about(ball_factor(center, float(r)), ANY_BODY_FREEDOM) for r in RADII
+        ]
         shift = COM_STD * _com_derivative(center)
         return cls(
             np.array([mean for mean, _ in members]),
@@ -97,9 +99,7 @@ class PossibleBodies:
     def of_parts(cls, shape: Shape, shares: Array) -> Self:
         """Nearly homogeneous parts; `shares` (n, parts) are the shares of each part's
         mass at the shape's points."""
-        volumes = shape.volumes
-        volumes = np.full(shape.n, 1.0 / shape.n) if volumes is None else volumes
-        volume = (shares > 0.0).T @ volumes
+        volume = (shares > 0.0).T @ shape.shares
         volume = volume / volume.sum()
         shares = shares * volume
         columns, gradients = shape.cell_matrix @ shares, _gradients(shape, shares)
@@ -123,7 +123,7 @@ class PossibleBodies:
     def _of_freedoms(
         cls, body: InertialParameters, freedoms: dict[float, float]
     ) -> Self:
-        G = _factor(body)
+        G = body_factor(body)
         members = [_about(G, nu) for nu in freedoms]
         return cls(
             np.array([mean for mean, _ in members]),
@@ -182,14 +182,14 @@ def _about(G: Array, nu: float) -> tuple[Array, Array]:
     return mean, np.column_stack((MASS_STD * mean, (2.0 / nu) ** 0.5 * T))
 
 
-def _ball(center: Array, radius: float) -> Array:
+def ball_factor(center: Array, radius: float) -> Array:
     """G (4, 4) of 1 kg with this radius of gyration along each axis about `center`."""
     G = np.diag((radius, radius, radius, 1.0))
     G[:3, 3] = center
     return G
 
 
-def _factor(body: InertialParameters) -> Array:
+def body_factor(body: InertialParameters) -> Array:
     """G (4, 4) with G G' the pseudo-inertia of 1 kg of the body."""
     c = body.center_of_mass
     P = body.pseudo_inertia[:3, :3] / body.mass - np.outer(c, c)

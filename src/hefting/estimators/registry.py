@@ -9,16 +9,11 @@ from hefting.estimators.base import INVARIANCES
 from hefting.estimators.base import Estimator as Estimator
 from hefting.estimators.methods import *  # noqa: F403
 
-
-def _rank(kind: type[Estimator]) -> int:
-    return kind.rank
-
-
+_KINDS: list[type[Estimator]] = [
+    kind for kind in vars(methods).values() if isinstance(kind, type)
+]
 METHODS: dict[str, type[Estimator]] = {
-    kind.__name__: kind
-    for kind in sorted(
-        (kind for kind in vars(methods).values() if isinstance(kind, type)), key=_rank
-    )
+    kind.__name__: kind for kind in sorted(_KINDS, key=lambda kind: kind.rank)
 }
 """Every method by its name, in order of rank."""
 
@@ -92,11 +87,10 @@ def options() -> dict[str, Option]:
         for field in fields(kind):
             if "help" in field.metadata:
                 text = f"{method}: {field.metadata['help']}"
-                before = found.get(field.name)
-                if before is not None:
-                    found[field.name] = Option(f"{before.help}; {text}", before.metavar)
-                else:
+                if (before := found.get(field.name)) is None:
                     found[field.name] = Option(text, field.metadata.get("metavar"))
+                else:
+                    found[field.name] = Option(f"{before.help}; {text}", before.metavar)
     return found
 
 

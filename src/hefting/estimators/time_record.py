@@ -55,15 +55,7 @@ class Stretches:
     def merge(self, other: "Stretches") -> Self:
         """With the stretches of other samples; both that were being filled are
         complete, however short."""
-        parts = [
-            *zip(self.factors, self.counts, strict=True),
-            (self.open_factor, self.open_count),
-        ]
-        parts += [
-            *zip(other.factors, other.counts, strict=True),
-            (other.open_factor, other.open_count),
-        ]
-        parts = [part for part in parts if part[1]]
+        parts = [part for part in (*self._each, *other._each) if part[1]]
         # the two neighbours that are shortest together
         while len(parts) >= MOST_STRETCHES:
             sizes = [first[1] + second[1] for first, second in pairwise(parts)]
@@ -86,11 +78,16 @@ class Stretches:
         )
 
     @property
+    def _each(self) -> list[tuple[Array, int]]:
+        """Factor and number of samples of each, the one being filled last."""
+        whole = zip(self.factors, self.counts, strict=True)
+        return [*whole, (self.open_factor, self.open_count)]
+
+    @property
     def parts(self) -> list[tuple[Array, int]]:
         """Factor and number of samples of each; the one being filled belongs to the
         last one until it is half a stretch."""
-        parts = list(zip(self.factors, self.counts, strict=True))
-        rest = (self.open_factor, self.open_count)
+        *parts, rest = self._each
         if self.open_count >= 0.5 * self.length:
             return [*parts, rest]
         return (

@@ -142,9 +142,8 @@ def notes_of(estimate: Estimate, say: Callable[[str], str] = str) -> tuple[str, 
     """Verdict, its reasons, and other warnings, a line each; `say` turns names of
     arguments in backquotes into the reader's."""
     verdict = estimate.verdict
-    others = [text for text in estimate.warnings if text not in verdict.reasons]
     lines = [f"- {text}" for text in verdict.reasons]
-    lines += [f"warning: {text}" for text in others]
+    lines += [f"warning: {text}" for text in verdict.others(estimate.warnings)]
     return tuple(plain(say(text)) for text in (f"estimate: {verdict}", *lines[:MOST]))
 
 

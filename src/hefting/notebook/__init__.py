@@ -96,8 +96,8 @@ def card(estimate: Estimate, title: str) -> str:
     what = "COM with its 95 % region and ellipsoid of equal inertia, in three views"
     picture = picture_html(scene_of({"estimate": estimate}), what)
     numbers = table_html(TITLES, rows_of(estimate))
-    reasons = estimate.verdict.reasons
-    more = [f"warning: {text}" for text in estimate.warnings if text not in reasons]
+    others = estimate.verdict.others(estimate.warnings)
+    more = [f"warning: {text}" for text in others]
     if len(more) > MOST_WARNINGS:
         hidden = len(more) - MOST_WARNINGS
         more[MOST_WARNINGS:] = [f"and {hidden} more in .warnings"]

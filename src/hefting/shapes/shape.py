@@ -125,9 +125,7 @@ class Shape(Shown):
         if self.extents is None:
             keep("extents", frozen(np.ptp(self.positions @ self.pose[:3, :3], axis=0)))
         if self.homogeneous is None:
-            even = np.full(self.n, 1 / self.n)
-            shares = even if self.volumes is None else self.volumes
-            keep("homogeneous", InertialParameters(self.cell_matrix @ shares))
+            keep("homogeneous", InertialParameters(self.cell_matrix @ self.shares))
         keep("hull", self.positions if self.hull is None else frozen(self.hull))
         check_hull(self.hull)
         keep("faces", None if self.faces is None else own(np.array(self.faces)))
@@ -138,6 +136,11 @@ class Shape(Shown):
     def n(self) -> int:
         """Number of points."""
         return len(self.positions)
+
+    @property
+    def shares(self) -> Array:
+        """Share of the volume of each point (n,), also where these are equal."""
+        return np.full(self.n, 1.0 / self.n) if self.volumes is None else self.volumes
 
     @cached_property
     def volume(self) -> float:

@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hefting.cli.parser import output_width, wrapped
-from hefting.cli.report import (
-    Worth,
-    aligned,
-    other_warnings,
-    verdict_lines,
-)
+from hefting.cli.report import Worth, aligned, verdict_lines
 from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
@@ -71,8 +66,9 @@ def estimate_report(
         Line(text, "bold" if verdict.level == "good" else "yellow")
         for text in verdict_lines(verdict)
     ]
-    warnings = other_warnings(estimate.warnings, verdict)
-    lines += [Line(f"warning: {line}", "yellow") for line in warnings]
+    lines += [
+        Line(f"warning: {line}", "yellow") for line in verdict.others(estimate.warnings)
+    ]
     holder, axes = "the sensor", "sensor axes"
     if "torque_gain_std" in estimate.provenance:
         holder, axes = (
