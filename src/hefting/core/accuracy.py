@@ -83,8 +83,7 @@ class Accuracy:
         return all(self._share(name, claimed) <= 1.0 for name in NAMES.values())
 
     def shortfall(self, claimed: "Accuracy") -> str:
-        """The errors of `claimed` that are too large, in words; empty if there are
-        none."""
+        """The errors of `claimed` that are too large, in words; empty for none."""
         lacking = [name for name in NAMES.values() if self._share(name, claimed) > 1.0]
         return " and ".join(
             f"the {_WORDS[name]} is {self._lack(name, getattr(claimed, name))}"

@@ -90,8 +90,7 @@ class Estimate(Shown):
     warnings: tuple[str, ...] = ()
     """What the user should know before trusting it."""
     provenance: dict[str, Any] = field(default_factory=dict[str, Any])
-    """What was read and assumed: log, gravity, wrench sign, bias, motion,
-    hyperparameters."""
+    """Read and assumed: log, gravity, wrench sign, bias, motion, hyperparameters."""
 
     def __post_init__(self):
         freeze(self, "covariance", "bias", "point_masses", "residual")
@@ -101,8 +100,7 @@ class Estimate(Shown):
             object.__setattr__(self, "undetermined", found)
 
     def _ends(self) -> dict[str, Array] | None:
-        """Ends of the intervals; without them, for an infinite covariance, by its
-        deviations."""
+        """Ends of the intervals; else of an infinite covariance by its deviations."""
         if self.intervals is not None or self.covariance is None:
             return self.intervals
         std = self.std if np.isinf(self.covariance.diagonal()).any() else None
@@ -189,8 +187,7 @@ class Estimate(Shown):
 
     @property
     def _warnings_and_mass(self) -> tuple[str, ...]:
-        """The warnings, with one of an undetermined mass, which estimators do not
-        give."""
+        """The warnings, with one of an undetermined mass, not given by estimators."""
         said = undetermined_mass(self.mass, self.intervals)
         if said is None or not verdict_of(self.warnings).usable:
             return self.warnings
@@ -357,8 +354,7 @@ def estimate_given(given: Estimate | Answered | str | Path) -> Estimate:
 
 
 def doubts_of(estimate: Estimate) -> Iterator[Message]:
-    """The gravest reason of an estimate's verdict, as a warning for what is made from
-    it."""
+    """An estimate's gravest reason, as a warning for what is made from it."""
     if estimate.verdict.reasons:
         first = estimate.verdict.reasons[0]
         say = warning if estimate.verdict.usable else error

@@ -12,8 +12,7 @@ from typing import Any, BinaryIO
 from hefting.core.errors import InputError
 
 MAX_JSON = 40_000_000
-"""Largest JSON file that is read [bytes]: an estimate with a million point masses
-fits."""
+"""Largest JSON file that is read [bytes]: one of a million point masses fits."""
 
 MAX_LISTS = 1_000_000
 """Largest number of lists and objects in a JSON file that is read: an empty one takes
@@ -24,8 +23,7 @@ MAX_BYTES = 2 * 1024**3
 needs far less."""
 
 MAX_XML = 16 * 2**20
-"""Largest XML file that is read [bytes]; robot descriptions are thousands of times
-smaller."""
+"""Largest XML file that is read [bytes]; URDFs are thousands of times smaller."""
 
 MAX_DEPTH = 10_000
 """Deepest nesting of XML elements that is read."""
@@ -153,8 +151,7 @@ def parse_xml(
 
 
 def is_xacro(path: str | Path, kind: str = "URDF") -> InputError:
-    """The error of a robot description of a `kind` whose macros have not been
-    expanded."""
+    """The error of a robot description of a `kind` whose macros are not expanded."""
     fix = f"expand it first: xacro robot.xacro > robot.{kind.lower()}"
     return InputError(f"is xacro, not {kind}", where=path, fix=fix)
 

@@ -119,8 +119,7 @@ class MassReading:
 
 
 def _kilograms(number: str, unit: str, text: str) -> float:
-    """A number with a unit in kg; `InputError` of the whole `text` unless it is a
-    mass."""
+    """A number with a unit in kg; `InputError` of the whole `text` unless a mass."""
     try:
         return quantity(number + unit, "mass")
     except InputError:

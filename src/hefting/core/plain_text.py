@@ -1,5 +1,4 @@
-"""Plain ASCII text for programs of controllers, and terminals and pipes of other
-encodings."""
+"""Plain ASCII text for controllers, and terminals and pipes of other encodings."""
 
 import unicodedata
 

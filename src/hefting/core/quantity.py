@@ -47,8 +47,7 @@ def quantity(text: str, kind: Kind) -> float:
 
 
 def numbers(text: str, count: int, option: str) -> list[float]:
-    """`count` finite numbers separated by commas; `InputError` names the option
-    otherwise."""
+    """`count` finite numbers between commas; else `InputError` names the option."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:

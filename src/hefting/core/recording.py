@@ -1,5 +1,4 @@
-"""Recording: the contents of a log as streams with their own clocks, without
-interpolation."""
+"""Recording: a log as streams with their own clocks, without interpolation."""
 
 from __future__ import annotations
 
@@ -67,8 +66,7 @@ def parts(count: int) -> Iterator[slice]:
 BLOCK_DURATION = 0.01
 """[s] Duration of a block of samples, short beside an arm's motion."""
 FEWEST_SAMPLES_PER_BLOCK = 3
-"""Smallest average number of samples in a block; with slower sensors each sample is a
-block."""
+"""Smallest average number of samples in a block; slower sensors' samples are blocks."""
 
 
 def block_starts(time: Array) -> Indices | None:

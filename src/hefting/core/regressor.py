@@ -103,14 +103,12 @@ def reduced_rows(x: Array) -> Array:
 
 
 def full_regressor(measurements: Measurements) -> Array:
-    """Full Newton-Euler regressors (K, 6, 10): wrench = regressor @ parameter
-    vector."""
+    """Full Newton-Euler regressors (K, 6, 10): wrench = regressor @ parameters."""
     return full_rows(features(measurements))
 
 
 def reduced_regressor(measurements: Measurements) -> Array:
-    """Gravity-only regressors (K, 6, 10) (Nadeau et al. 2022, eq. 7, with its force
-    rows)."""
+    """Gravity-only regressors (K, 6, 10) (Nadeau et al. 2022, eq. 7 and force rows)."""
     return reduced_rows(features(measurements))
 
 

@@ -42,8 +42,7 @@ class Sheet:
     of_full_scale: float | None = None
     """limit of the errors over the range; None if it is not stated"""
     absolute: tuple[float, float] | None = None
-    """limits of the errors of force [N] and torque [N m]; None if they are not
-    stated"""
+    """limits of the errors of force [N] and torque [N m]; None if not stated"""
     remark: str = ""
     """where to find the accuracy, if not here"""
 
@@ -140,15 +139,13 @@ class SensorAccuracy:
     """
 
     share: float = 0.0
-    """of gain, over the reading of a channel; cross-talk goes with it
-    (`channel_stds`)"""
+    """of gain over a channel's reading; cross-talk goes with it (`channel_stds`)"""
     force: float = 0.0
     """[N] of the offset of each force, which may vary with time and load"""
     torque: float = 0.0
     """[N m] of the offset of each torque"""
     lever: float = TYPICAL_LEVER
-    """[m] range of torque over range of force: what cross-talk between them scales
-    by"""
+    """[m] range of torque over that of force: what cross-talk between them scales by"""
 
     def __post_init__(self):
         limits = (self.share, self.force, self.torque, self.lever)

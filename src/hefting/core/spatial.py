@@ -37,8 +37,7 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Default gravity in world axes [m/s²]."""
 
 SPEED_LIMIT = 0.25
-"""Largest speed of the tool centre point [m/s] next to people, by ISO 10218-1
-(2011)."""
+"""Largest speed of the tool centre point [m/s] near people, by ISO 10218-1 (2011)."""
 
 PARAMETERS = ("m", "mcx", "mcy", "mcz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
 """Order of the ten inertial parameters [kg, kg m (3), kg m² (6)]."""
@@ -100,8 +99,7 @@ def own(array: NDArray[Scalar]) -> NDArray[Scalar]:
 
 
 def is_immutable(array: NDArray[Any]) -> bool:
-    """Whether nothing can write to a C-contiguous array or the arrays it is a view
-    of."""
+    """Whether nothing can write to a C-contiguous array or what it is a view of."""
     flags, base = array.flags, array.base
     if flags.writeable or not flags.c_contiguous:
         return False
@@ -109,8 +107,7 @@ def is_immutable(array: NDArray[Any]) -> bool:
 
 
 def changed_rows(values: Array) -> Mask:
-    """(K,) whether each of the rows (K, d) differs from the one before; True for the
-    first."""
+    """(K,) whether each row (K, d) differs from the one before; True for the first."""
     changed = np.ones(len(values), dtype=bool)
     changed[1:] = values[1:, 0] != values[:-1, 0]  # decides most of them
     same = np.flatnonzero(~changed)
@@ -163,15 +160,13 @@ def quantile(values: Array, share: float) -> float:
 
 
 def distinct(values: ArrayLike) -> Array:
-    """The different numbers among some, sorted, as `numpy.unique`, which imports
-    `numpy.ma`."""
+    """Different numbers, sorted, as `numpy.unique`, which imports `numpy.ma`."""
     ordered = np.sort(np.asarray(values, dtype=float), axis=None)
     return ordered[np.diff(ordered, prepend=np.nan) != 0.0]
 
 
 def check_gravity(gravity: ArrayLike) -> Array:
-    """Gravity (3,) in world axes [m/s²] as a read-only array; `InputError` for anything
-    else."""
+    """Gravity (3,) in world axes [m/s²] read-only; `InputError` for anything else."""
     g = frozen(gravity)
     if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
         what = f"gravity must be three numbers, not all zero, and is {g.tolist()}"
@@ -204,8 +199,7 @@ def cross(u: Array, v: Array) -> Array:
 
 
 def tensor_to_vector(tensor: ArrayLike) -> Array:
-    """Symmetric matrices (..., 3, 3) to their entries xx, xy, xz, yy, yz, zz (...,
-    6)."""
+    """Symmetric matrices (..., 3, 3) to entries xx, xy, xz, yy, yz, zz (..., 6)."""
     return np.asarray(tensor, dtype=float)[..., TENSOR_ROWS, TENSOR_COLUMNS]
 
 

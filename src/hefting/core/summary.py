@@ -18,8 +18,7 @@ MOST_DECIMALS = 9
 """Decimals of a number, at most."""
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 LOPSIDED = 3.0
-"""Ratio of the longer to the shorter side of an interval above which its ends are
-shown."""
+"""Longer over shorter side of an interval above which its ends are shown."""
 
 
 def body_lines(

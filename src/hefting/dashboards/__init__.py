@@ -60,8 +60,7 @@ class Replay:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of the estimate, then further ones of its prediction for this
-        recording."""
+        """Warnings of the estimate, then others of its prediction for the recording."""
         own = self.estimate.warnings
         repeated = {*own, *self.recording.warnings}
         more = [

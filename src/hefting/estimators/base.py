@@ -87,8 +87,7 @@ class Known:
     """(10, 10) covariance of an error in the parameters that is the same for all
     samples; None where there is none."""
     carried: Array | None
-    """(10,) parameters of a tool whose wrench was subtracted; None where there is
-    none."""
+    """(10,) parameters of a tool whose wrench was subtracted; None: none."""
     shape: Shape | None
     """Where the object may have mass, if that is known."""
 
@@ -109,8 +108,7 @@ class Estimator:
     """What decides the parameters that the motion leaves open, in words, if the method
     needs a shape."""
     fills_in: ClassVar[str] = "the method"
-    """What decides the parameters that neither motion nor shape determines, in
-    words."""
+    """What decides what neither motion nor shape determines, in words."""
     consistent: ClassVar[bool] = False
     """Whether every estimate of a positive mass is a body that can exist."""
     gives_covariance: ClassVar[bool] = False
@@ -119,11 +117,9 @@ class Estimator:
     """Which of `INVARIANCES` hold if the motion determines all ten parameters and, for
     some, the noise is known; the class's docstring says when."""
     keeps_time_record: ClassVar[bool] = False
-    """Whether its state keeps a `TimeRecord`, from which the colour of the noise is
-    found."""
+    """Whether its state keeps a `TimeRecord`, to find the noise's colour."""
     depends_on_count: ClassVar[bool] = False
-    """Whether the number of samples matters, so that averages are weighted by
-    theirs."""
+    """Whether the number of samples matters, so averages are weighted by theirs."""
     source: ClassVar[str] = ""
     """Where the method was published."""
     best_for: ClassVar[str] = ""
@@ -138,8 +134,7 @@ class Estimator:
     """Hyperparameters of its variants, by the ending of their names: another `model` of
     the motion, or one more condition."""
     when_smoothed: ClassVar[Mapping[str, Any]] = {}
-    """Hyperparameters that differ from their defaults for a motion from smoothed
-    poses."""
+    """Hyperparameters that differ from their defaults with smoothed poses."""
 
     def __post_init__(self):
         """Check the hyperparameters that several methods have. Raises `InputError`."""
@@ -155,8 +150,7 @@ class Estimator:
 
     @property
     def name(self) -> str:
-        """The method's name on the command line; with the model if it is not the
-        default."""
+        """The method's name on the command line; with the model if not the default."""
         name, model = type(self).__name__, getattr(self, "model", None)
         return (
             name if model == getattr(type(self), "model", None) else f"{name}-{model}"
@@ -171,8 +165,7 @@ class Estimator:
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """Hyperparameters that follow from known facts, for `model` or the default
-        one."""
+        """Hyperparameters that follow from known facts, for `model` or the default."""
         found = {
             "shape": known.shape,
             "noise": known.noise,
@@ -200,8 +193,7 @@ class Estimator:
 
     @property
     def asked(self) -> Accuracy | None:
-        """Accuracy at which to stop using more of a recording; None to use all of
-        it."""
+        """Accuracy at which to stop using more of a recording; None: use all of it."""
         return None
 
     def start(self) -> SampleState:
@@ -264,8 +256,7 @@ class Estimator:
         return self.estimate(state), None
 
     def prepared(self, state: Any, before: Any) -> Any:
-        """The value that `continued` returns for later estimates, without the
-        estimate."""
+        """The value that `continued` returns for later ones, without the estimate."""
         return self.continued(state, before)[1]
 
     def of_more(self, state: Any, prepared: Any) -> tuple[Estimate, Any]:

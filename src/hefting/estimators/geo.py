@@ -49,8 +49,7 @@ KAPPA = 1e-5
 COMPACT = 0.1
 """Radius of gyration [m] of a compact body."""
 THINNEST = 1e-3
-"""Least thickness of a prior body over its largest side, as P0 of a flat body is
-singular."""
+"""Least thickness of a prior body over its largest side, as a flat P0 is singular."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +85,7 @@ class GEO(PointEstimator):
     when_smoothed: ClassVar = {"c1": SMOOTHED_C1}
 
     shape: Shape | None = None
-    """The shape (a box will do): the prior is homogeneous, as heavy as least squares
-    says."""
+    """Shape (a box will do): a homogeneous prior, as heavy as least squares says."""
     prior: InertialParameters | None = None
     """The prior body, in place of a shape."""
     distance: Distance = "entropic"

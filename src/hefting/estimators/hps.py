@@ -60,8 +60,7 @@ class HPS(PointEstimator):
     )
 
     shape: Shape
-    """Points with the label of the part each belongs to, and its share of the
-    volume."""
+    """Points with the label of each one's part, and its share of the volume."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
     masses."""

@@ -90,8 +90,7 @@ class WhitenedState:
         return cls(triangular(rows), samples, duration, noise)
 
     def stacked(self, other: WhitenedState) -> Self:
-        """With the equations of an independent sensor, of the same object in the same
-        frame."""
+        """With an independent sensor's equations, of the same object and frame."""
         return type(self)(
             triangular(np.vstack((self.factor, other.factor))),
             self.samples + other.samples,
@@ -133,8 +132,7 @@ class JointState:
 
     @cached_property
     def as_one(self) -> SampleState:
-        """State of all samples as those of one recording, with a common bias or
-        none."""
+        """State of all samples as of one recording, with a common bias or none."""
         return reduce(lambda a, b: a.merge(b, one_bias=True), self.states)
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> NoReturn:

@@ -62,8 +62,7 @@ class LMI(PointEstimator):
     variants: ClassVar = {"ellipsoid": {"ellipsoid": "shape"}}
 
     ellipsoid: Shape | None = None
-    """A shape; if given, the ellipsoid around its bounding box must be able to hold the
-    mass."""
+    """If given, the ellipsoid around its bounding box must be able to hold the mass."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
     parameters."""

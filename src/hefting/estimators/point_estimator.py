@@ -59,8 +59,7 @@ class MassRow:
     mass: float
     """[kg] m_s"""
     gain_share: float
-    """share of the difference between reading and wrench that is attributed to the
-    gain"""
+    """share of the difference between reading and wrench attributed to the gain"""
     doubts: tuple[Message, ...] = ()
     """messages on a reading that contradicts the wrench"""
 
@@ -105,8 +104,7 @@ class MassRow:
         return row
 
     def applied(self, estimate: Estimate) -> Estimate:
-        """Estimate of the object, from one of what the sensor shows that used the
-        row."""
+        """Estimate of the object, from one of what the sensor shows by the row."""
         if self.weight == 0.0 and not self.doubts:
             return estimate
         warnings = (*estimate.warnings, *self.doubts)
@@ -174,8 +172,7 @@ class PointEstimator(Estimator):
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """As `Estimator.settings`, with the error that all samples share, and the
-        tool."""
+        """As `Estimator.settings`, with the error of all samples, and the tool."""
         own = {
             "systematic": known.systematic,
             "carried": known.carried,

@@ -30,16 +30,14 @@ NEAR_BODY_FREEDOMS = {1000.0: 0.3, 200.0: 0.3, 50.0: 0.2, 12.0: 0.1, 3.0: 0.1}
 IN_BOX_FREEDOMS = {12.0: 0.25, 4.0: 0.25, 1.0: 0.25, 0.3: 0.25}
 """nu of bodies somewhere in a box, and their prior probabilities."""
 RADII = 0.01 * 2.0 ** np.arange(6)
-"""(6,) radii of gyration [m] of an unknown object, equally probable: from 10 mm to 0.32
-m."""
+"""(6,) radii of gyration [m] of an unknown object, equally likely: 10 mm to 0.32 m."""
 ANY_BODY_FREEDOM = 1.0
 """nu of bodies of each of these radii."""
 COM_STD = 0.3
 """[m] Standard deviation along each axis of the COM of an unknown object about that of
 least squares."""
 PART_STDS = (0.3, 1.0, 3.0)
-"""Standard deviations of a part's density over the mean density, all equally
-probable."""
+"""Standard deviations of a part's density over the mean density, equally probable."""
 WITHIN_PART_STDS = (0.003, 0.02, 0.1)
 """Standard deviations along each axis of the density within a part over the part's,
 equally probable. The points show a part's border only to their spacing."""
@@ -47,8 +45,7 @@ THIN = 1e-9
 """Standard deviation of a part's points along an axis, relative to the largest
 coordinate, up to which they lie in a plane."""
 WRONG_SHAPE = 0.01
-"""Prior probability that the object is none of the method's possible bodies, but any
-body."""
+"""Prior probability of any body beside the method's possible ones."""
 
 
 @immutable

@@ -95,8 +95,7 @@ def options() -> dict[str, Option]:
 
 
 def settings_text(provenance: dict[str, Any]) -> str:
-    """``"name = value"`` of the numbers that users may set, from an estimate's
-    provenance."""
+    """``"name = value"`` of numbers that users set, from an estimate's provenance."""
     numbers = {name: provenance.get(name) for name in ("points", *options())}
     return ", ".join(
         f"{name} = {value:g}"

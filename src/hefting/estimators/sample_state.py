@@ -161,8 +161,7 @@ def model_weight(measurements: Measurements, model: str, c1: float) -> Array | f
 
 
 def require_model(model: str, c1: float) -> None:
-    """`InputError` unless `model` names a model of the motion and c1 is positive and
-    finite."""
+    """`InputError` unless `model` names one and c1 is positive and finite."""
     require_one_of("model", model, MODELS)
     require_positive("c1", c1)
 

@@ -206,8 +206,7 @@ class TimeRecord:
 
     @property
     def motion_noise(self) -> MotionNoise | None:
-        """Root mean square over the samples that state the motion's noise; None if none
-        does."""
+        """Root mean square over samples that state the motion's noise; None: none."""
         n, known, linear, angular, memory = self.motion
         if not known:
             return None

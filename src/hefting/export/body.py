@@ -45,8 +45,7 @@ RENAMINGS = SIGNED_PERMUTATIONS[np.linalg.det(SIGNED_PERMUTATIONS) > 0]
 
 @dataclass(frozen=True)
 class HalfWidths:
-    """Half-widths of the 95 % intervals of a body's numbers; infinite without
-    intervals."""
+    """Half-widths of the 95 % intervals of a body's numbers; infinite if none."""
 
     mass: float = np.inf
     center_of_mass: Array = field(default_factory=lambda: np.full(3, np.inf))
@@ -72,8 +71,7 @@ class HalfWidths:
 
 @dataclass(frozen=True)
 class Body:
-    """Mass, COM and inertia about the COM of a body that can exist, in one frame's
-    axes."""
+    """Mass, COM and inertia about the COM of a possible body, in one frame's axes."""
 
     name: str
     """Name given by the user."""
@@ -131,8 +129,7 @@ class Body:
         return cls(name, frame, parameters.mass, com, np.zeros((3, 3)))
 
     def with_inertia(self, inertia: Array) -> Self:
-        """The body with an inertia tensor (3, 3) [kg m²] about the COM, raised to
-        `THINNEST`."""
+        """Body with an inertia (3, 3) [kg m²] about the COM, raised to `THINNEST`."""
         tensor, thickened = with_thickness(inertia)
         return replace(self, inertia=tensor, thickened=thickened)
 

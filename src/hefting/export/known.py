@@ -222,8 +222,7 @@ def comment(mark: str, body: Body, *lines: str) -> str:
 
 
 def remarks(mark: str, body: Body, *lines: str, doubt: str = "") -> str:
-    """As `comment`, for a target that is not in flange axes; `doubt` follows the
-    frame."""
+    """As `comment`, for a target not in flange axes; `doubt` follows the frame."""
     where = f"{body.frame} axes, from the {body.frame} origin{doubt}"
     what = "the object" if body.without else "what the sensor carries"
     what += "; the mass of the sensor itself and of an adapter is not in it"

@@ -51,8 +51,7 @@ def _no_warnings(*_: Body | str) -> list[Message]:
 
 @dataclass(frozen=True)
 class Target:
-    """A form in which an estimate is written. It has either `write` or
-    `write_estimate`."""
+    """A form of a written estimate, with either `write` or `write_estimate`."""
 
     name: str
     """As given to `hefting.export.export` and ``hefting export --to``."""
@@ -65,8 +64,7 @@ class Target:
     write: Callable[[Body], str] | None = None
     """Text of a complete file, or lines to paste, of a body."""
     write_estimate: Callable[["Estimate", str], str] | None = None
-    """Text of the estimate itself in sensor axes, even if it is not consistent, with a
-    name."""
+    """Text of the estimate in sensor axes, even if not consistent, with a name."""
     is_read_back: bool = False
     """Whether `Estimate.load` reads the text; its suffixes are then listed first."""
     wants_flange: bool = False
@@ -79,8 +77,7 @@ class Target:
     in_sensor_axes: bool = False
     """Whether its numbers are in sensor axes for any pose of the sensor on the flange."""
     place: Place | None = None
-    """Where an existing file of the format holds inertials; None: it cannot be put into
-    one."""
+    """Where a file of the format holds inertials; None: it cannot be put into one."""
     inertial: Callable[[Body], str] | None = None
     """Text of that inertial; given if `place` is."""
     warnings: Callable[[Body], list[Message]] = _no_warnings

@@ -112,8 +112,7 @@ class Agreement(Shown):
 
     @property
     def limit(self) -> float:
-        """Difference in standard deviations above which two estimates contradict one
-        another."""
+        """Standard deviations apart above which two estimates contradict each other."""
         return limit_of(len(self.apart))
 
     @property
@@ -261,8 +260,7 @@ def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
 
 
 def _moments_apart(a: Estimate, b: Estimate) -> Array:
-    """(3,) differences of the moments of inertia along common axes in standard
-    deviations."""
+    """(3,) differences of moments along common axes in standard deviations."""
     J_a, J_b = a.parameters.inertia_at_com, b.parameters.inertia_at_com
     squares = [np.sum(_std_of_moments(e, np.eye(3)) ** 2) for e in (a, b)]
     known = np.isfinite(squares).all()
@@ -277,8 +275,7 @@ def _moments_apart(a: Estimate, b: Estimate) -> Array:
 
 
 def _apart(a: Array, of_a: Array, b: Array, of_b: Array) -> Array:
-    """(k,) differences of values a and b (k,) with intervals (2, k) in standard
-    deviations."""
+    """(k,) differences of a and b (k,) with intervals (2, k) in standard deviations."""
     a_is_less = a <= b
     std_a = np.where(a_is_less, of_a[1] - a, a - of_a[0]) / Z95
     std_b = np.where(a_is_less, b - of_b[0], of_b[1] - b) / Z95

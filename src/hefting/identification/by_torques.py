@@ -269,8 +269,7 @@ def calibrate_arm(
     torque_gains: Array | None = None,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> tuple[JointDynamics, EmptyRuns, list[Message]]:
-    """The arm without a payload, and messages; arguments and errors as for
-    `ByTorques.of`."""
+    """The arm alone, and messages; arguments and errors as for `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     recordings = [_cleaned(log) for log in recordings]
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]

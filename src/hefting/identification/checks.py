@@ -61,8 +61,7 @@ Check = Callable[[Checked], Iterable[str]]
 
 
 def warnings_of(checked: Checked) -> tuple[str, ...]:
-    """Messages of all checks in order, without those that follow from a named
-    mistake."""
+    """Messages of all checks in order, without consequences of a named mistake."""
     messages = tuple(message for check in CHECKS for message in check(checked))
     doubt = checked.found.doubt
     return messages if doubt is None else doubt.without_consequences(messages)

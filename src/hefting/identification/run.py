@@ -27,8 +27,7 @@ one on."""
 SHORTEST_CHECK_INTERVAL = 0.1
 """[s] Shortest time between two estimates."""
 CHECK_INTERVAL_SHARE = 0.02
-"""Time between two estimates as a share of the recording so far, where that is
-longer."""
+"""Time between two estimates as a share of the recording so far, if longer."""
 
 
 def understand(

@@ -35,14 +35,12 @@ LEAST_LOAD = 2.0
 NEGATIVE = 4.0
 """The same ratio above which a negative mass is significant."""
 LARGEST_EFFORT = 3.0
-"""Torque of a joint over the URDF's limit, during half of the motion, that is
-impossible."""
+"""Impossible torque of a joint over the URDF's limit, during half of the motion."""
 LARGEST_TORQUE = 30.0
 """Torques over those that the URDF's arm needs, above which they have another unit: in
 simulated and real runs they were 0.9 to 1.8."""
 UNIT = 0.3, 5.0
-"""Smallest and largest normal `share_of_arm`: in simulated and real runs it was 0.7 to
-1.4."""
+"""Smallest and largest normal `share_of_arm`: in simulated and real runs 0.7 to 1.4."""
 ALIKE = 0.75, 0.975
 """Correlation in `share_of_arm` above which the ratio shows the unit, the second for
 ratios below `UNIT`. In right runs it was mostly above 0.98, for external or compensated

@@ -186,8 +186,7 @@ def _tilt_message(
 def _joints_message(
     say: Callable[..., Message], suspect: Suspect, dynamics: JointDynamics, runs: str
 ) -> Message:
-    """The message on wrong zeros [rad], or gains, of the joints with the largest
-    ones."""
+    """The message on wrong zeros [rad], or gains, of the joints with the largest."""
     theta = suspect.theta
     large = np.flatnonzero(np.abs(theta) > 0.5 * np.abs(theta).max())
     if suspect.kind == "zeros":

@@ -20,8 +20,7 @@ from hefting.shapes import Shape
 
 @immutable
 class Truth:
-    """True parameters in the sensor frame, with the object's bounding box where it is
-    known."""
+    """True parameters in the sensor frame, with the bounding box where known."""
 
     parameters: InertialParameters
     extents: Array | None = None

@@ -11,8 +11,7 @@ from hefting.core.spatial import WRENCH, Array, Mask, column_medians, distinct, 
 FEWEST_SAMPLES = 20
 """Number of samples from which on a constant channel is no chance."""
 SAMPLES_FOR_NOISE = 5000
-"""Number of samples, the first ones, from which the noise of a channel is found, to 2
-%."""
+"""Number of first samples from which the noise of a channel is found, to 2 %."""
 NOISY = 0.5
 """Level of noise by fourth differences over that by second ones, from which on a
 channel has noise. It is 1 for white noise, and next to 0 for a wrench without noise, of
@@ -101,15 +100,13 @@ def still_pose_message(recording: Recording) -> Message | None:
 
 
 def _equal(one: Array, other: Array) -> bool:
-    """Whether two channels (K,) are the same; most are excluded by their first
-    samples."""
+    """Whether two channels (K,) are the same; most differ in their first samples."""
     first = slice(SAMPLES_FOR_NOISE)
     return np.array_equal(one[first], other[first]) and np.array_equal(one, other)
 
 
 def quantisation_message(recording: Recording) -> Message | None:
-    """A message on the steps of force and torque if they exceed the noise, else
-    None."""
+    """Message on the steps of force and torque if they exceed the noise, else None."""
     wrench = recording["wrench"].values
     steps = _steps(wrench)
     if not steps.any():

@@ -33,8 +33,7 @@ class Excitation:
     directions: Array
     """(4, 4) triangular factor of [direction of gravity | 1], by weight"""
     angular_noise: float = 0.0
-    """[rad/s²] standard deviation of the angular acceleration; 0 where it is not
-    known"""
+    """[rad/s²] standard deviation of the angular acceleration; 0 where unknown"""
 
     @classmethod
     def of(cls, measurements: Measurements) -> Self:

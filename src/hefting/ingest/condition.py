@@ -53,8 +53,7 @@ MOST_FITTED_SAMPLES = 100_000
 """Largest number of samples that are fitted directly; of longer recordings block
 medians are fitted."""
 MOST_FITTED_BLOCKS = 10_000
-"""Largest number of block medians that are fitted; of longer recordings evenly chosen
-ones."""
+"""Largest number of block medians that are fitted; of more, evenly chosen ones."""
 FEWEST_CONDITIONED_SAMPLES = 12
 """Number of samples below which a recording is not conditioned."""
 GRAVITY_INSTANTS = 2000

@@ -110,8 +110,7 @@ def _offset_notes(found: Conditioned, rejected: RejectedOffset | None) -> list[M
 
 
 def _outlier_notes(outliers: Outliers, recording: Recording) -> list[Message]:
-    """Notes on contacts, spikes or odd poses, and saturated samples that were left
-    out."""
+    """Notes on contacts, spikes or odd poses, and saturated samples left out."""
     said: list[Message] = []
     if outliers.contact.any():
         interval = median(np.diff(recording["wrench"].time))

@@ -1,5 +1,4 @@
-"""Ingest: all that estimators need to know of a recording, found once before any
-method."""
+"""Ingest: all that estimators need of a recording, found once before any method."""
 
 from dataclasses import replace
 from functools import partial

@@ -47,8 +47,7 @@ class Reading:
     """Motion at K times in sensor axes, with its derivatives by time."""
 
     time: Array
-    """(K,) [s] Times of the values: those asked for, limited to the time span of the
-    motion."""
+    """(K,) [s] Times of the values: those asked for, limited to the motion's span."""
     value: Array
     """(K, 21): see `MOTION_COLUMNS` and `WORLD_AXES_COLUMNS`"""
     rate: Array

@@ -20,14 +20,11 @@ wrong unit or pose."""
 HEAVIEST_OBJECT = 1000.0
 """[kg] Larger masses indicate a wrong unit of force."""
 UNUSUALLY_HEAVY = 100.0
-"""[kg] Mass above which the unit of force is in doubt: a wrench in mN fits equally
-well."""
+"""[kg] Mass above which the unit of force is in doubt: a wrench in mN fits as well."""
 UNUSUALLY_LIGHT = 0.01
-"""[kg] Mass below which it is in doubt too, if the noise is as small as of a wrench in
-kN."""
+"""[kg] Mass below which it is so too, if noise is as small as of a wrench in kN."""
 LEAST_NOISE = 1e-3
-"""[N] Noise below that of any sensor: one of the finest, ATI's Nano17, resolves 3
-mN."""
+"""[N] Noise below any sensor's: one of the finest, ATI's Nano17, resolves 3 mN."""
 LEAST_INERTIA = -4.0
 """Standard deviations from which on the sum of the moments of inertia is negative: in 110
 right simulated recordings it is -1.9 at least."""

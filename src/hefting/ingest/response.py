@@ -49,8 +49,7 @@ MOST_SAMPLES = 2000
 EVIDENCE_RATIO = 3.0
 """Factor by which an imperfect model reduces the evidence, in standard deviations."""
 TYPICAL = np.repeat((5.0, 1.0, 0.2), (1, 3, 6))
-"""Prior standard deviations of the parameters [kg, kg m, kg m²], those of heavy
-objects."""
+"""Prior standard deviations of the parameters [kg, kg m, kg m²], of heavy objects."""
 WIDE = 1e3
 """The same of the bias [N, N m] and its change [1/s]."""
 SHORTEST = 0.05

@@ -77,8 +77,7 @@ class RobustFit(InlierFit):
 
     @property
     def mass_is_open(self) -> bool:
-        """Whether the mass is undetermined, or within three standard deviations of
-        zero."""
+        """Whether the mass is undetermined, or within three deviations of zero."""
         return not abs(self.fit.phi[0]) >= SIGNIFICANT * self.uncertainty.mass_std
 
     @property
@@ -162,8 +161,7 @@ def fit_without_outliers(samples: Samples, problem: Problem, start: Fit) -> Inli
 
 
 def _differ(one: Outliers, other: Outliers) -> bool:
-    """Whether two outlier masks differ in more than a negligible share of the
-    samples."""
+    """Whether two outlier masks differ in more than a negligible share of samples."""
     return float(np.mean(one.rejected != other.rejected)) > NEGLIGIBLE_MASK_CHANGE
 
 
@@ -262,8 +260,7 @@ def _without_bias(samples: Samples, gravity: Array, found: RobustFit) -> RobustF
 def remove_offset(
     samples: Samples, gravity: Array, first: InlierFit, found: RobustFit
 ) -> RobustFit:
-    """The fit without a clock offset, if the one `found` after the `first` fit is not
-    used."""
+    """The fit without clock offset, if that `found` after `first` is not used."""
     problem = replace(first.problem, free_offset=False)
     if abs(found.fit.offset) >= OFFSET_WITHOUT_EFFECT_ON_OUTLIERS:
         everything = replace(problem, blocks=samples.blocks())
@@ -333,8 +330,7 @@ def offset_is_significant(found: RobustFit) -> bool:
 
 
 def fastest_frequency(problem: Problem) -> float:
-    """Largest frequency [1/block] at which the motion counts as that of a rigid
-    body."""
+    """Largest frequency [1/block] at which the motion counts as of a rigid body."""
     if problem.path.gravity_measured or problem.path.kind == "static":
         return 0.5
     if len(problem.time) < 2:

@@ -31,8 +31,7 @@ SAMPLES_AT_A_TIME = 200_000
 """Number of samples of a long recording in which outliers are found together, to bound
 the memory."""
 FEWEST_POSES = 6
-"""Least number of poses for one to be left out: mass, COM and bias need three
-others."""
+"""Least number of poses for one to be left out: mass, COM and bias need 3 others."""
 ODD = 50.0
 """r' S^-1 r / 6 above which a pose is odd. It is at most 12 in 400 right simulated sets
 of 6 to 11 poses, 13 in 1,200 choices of a real sensor's, and 45 in 2,800 with a mistake

@@ -51,11 +51,9 @@ class Uncertainty:
     spectrum: Array
     """(F, 6) of its whitened residuals; white residuals of the fit's scale have 1"""
     naive: Array
-    """(q,) variances of the unknowns for white residuals; infinite where
-    undetermined"""
+    """(q,) variances of the unknowns for white residuals; infinite if undetermined"""
     slow: float
-    """spectrum at the lowest frequencies, which determines the variance of sums of
-    residuals"""
+    """spectrum at lowest frequencies, which sets the variance of sums of residuals"""
     bias: Array
     """(n, 6) standard deviations of the bias at its knots [N, N m]; infinite where
     undetermined"""
@@ -63,8 +61,7 @@ class Uncertainty:
     """(6, 6) covariance of a linear drift, the bias at its last knot less that at its
     first [N², N² m, N² m²]; None without two determined knots"""
     step: Array
-    """(q,) difference of the solution of generalised least squares from that of the
-    fit"""
+    """(q,) solution of generalised least squares less the fit's"""
     step_std: Array
     """(q,) standard deviations of the solution of generalised least squares; infinite
     where undetermined"""
@@ -92,8 +89,7 @@ class Uncertainty:
 
     @property
     def offset_std(self) -> float:
-        """[s] of the offset of generalised least squares; infinite if it is not
-        free."""
+        """[s] of the offset of generalised least squares; infinite if not free."""
         return (
             np.inf
             if self.layout.offset is None
@@ -278,8 +274,7 @@ def _influences(fit: Fit, segment: slice, weights: Array) -> Array:
 
 
 def _segments(K: int) -> list[slice]:
-    """Consecutive segments of equal length that cover most of K samples, at least
-    half."""
+    """Consecutive segments of equal length that cover at least half of K samples."""
     length = min(K, SEGMENT_LENGTH)
     return [slice(start, start + length) for start in range(0, K - length + 1, length)]
 
@@ -306,8 +301,7 @@ def _transform(values: Array) -> Array:
 
 
 def _inverse_root(own: Array) -> Array:
-    """X (q, k) with X X' the pseudo-inverse of a positive semidefinite matrix (q,
-    q)."""
+    """X (q, k), X X' the pseudo-inverse of a positive semidefinite matrix (q, q)."""
     length = np.sqrt(np.maximum(own.diagonal(), 1e-300))
     values, vectors = np.linalg.eigh(own / length / length[:, None])
     good = values > 1e-15 * max(float(values[-1]), 1e-300)

@@ -21,8 +21,7 @@ LIMITS = {"position": POSITION_LIMITS, "orientation": ORIENTATION_LIMITS}
 MANY_LEFT_OUT = 0.05
 """Share of poses, or of samples of the wrench, left out above which a warning is given."""
 MOST_LEFT_OUT = 0.5
-"""Share of glitches above which no pose is left out, as the limits do not suit the
-recording."""
+"""Share of glitches above which no pose is left out, as the limits do not suit it."""
 TURNED = 0.1
 """[rad] Turn by which any arm moves a sensor."""
 MOST_TIMES_SHOWN = 3

@@ -15,8 +15,7 @@ from hefting.motion.state import Motion
 from hefting.motion.weighting import sample_weights
 
 REACH = 1.0
-"""[m] Largest distance from its axis of a sensor of unknown position that only
-turns."""
+"""[m] Largest distance to its axis of a sensor of unknown position that only turns."""
 LEVER = 0.3
 """[m] Typical distance."""
 SLOW = 1.0

@@ -1,5 +1,4 @@
-"""Inspection of a recording before anything is identified. A poor recording does not
-raise."""
+"""Inspection before anything is identified. A poor recording does not raise."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Logs: one file for each format, which reads a `Recording`; the file name tells the
-format."""
+"""Logs: a file a format, which reads a `Recording`; the file name tells the format."""
 
 from __future__ import annotations
 

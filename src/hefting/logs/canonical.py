@@ -126,8 +126,7 @@ def known_columns(
 
 
 def check_names(names: Sequence[str], source: str | Path) -> list[str]:
-    """The names that are not blank; `InputError` for too many, and for a repeated
-    one."""
+    """The names that are not blank; `InputError` for too many or a repeated one."""
     if len(names) > MAX_COLUMNS:
         raise InputError(
             f"has {len(names)} columns, more than {MAX_COLUMNS}", where=source

@@ -224,8 +224,7 @@ def kind_of(cell: str) -> str:
 
 
 def seconds_of(cell: str) -> float | None:
-    """A date in seconds since 1970, a time of day in seconds since midnight; None for
-    others."""
+    """A date in seconds since 1970, a time of day since midnight; None for others."""
     cell = by_iso(cell)
     if time := TIME_OF_DAY.fullmatch(cell):
         return 3600.0 * int(time[1]) + 60.0 * int(time[2]) + float(time[3])

@@ -65,8 +65,7 @@ BLANKS = [" " * n for n in range(33)]
 
 @immutable
 class CsvTable:
-    """A CSV file after its header was read; row numbers are lines of the file, from
-    1."""
+    """A CSV file after its header was read; rows are lines of the file, from 1."""
 
     source: str
     names: tuple[str, ...]

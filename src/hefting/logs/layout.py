@@ -32,15 +32,13 @@ class Layout:
     """line of the column names, from 1; 0: there are none; None: the first line with as
     many cells as the numbers below it"""
     skip: int | None = None
-    """number of lines to skip after the header, such as units; None: those without
-    numbers"""
+    """lines to skip after the header, such as units; None: those without numbers"""
     decimal: str | None = None
     """decimal mark"""
 
 
 def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
-    """The layout in the content of a column map at `path`; `InputError` names the
-    key."""
+    """The layout in a column map's content at `path`; `InputError` names the key."""
     separator, header = content.get("separator"), content.get("header")
     skip, decimal = content.get("skip"), content.get("decimal")
     if separator is not None and not (
@@ -69,8 +67,7 @@ def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
 
 
 def nan_is_blank(content: Mapping[str, Any], path: str | Path) -> bool:
-    """Whether a column map says that NaN means "not measured"; `InputError` for another
-    word."""
+    """Whether a map has NaN mean "not measured"; `InputError` for another word."""
     if content.get("nan", "blank") != "blank":
         fix = 'give nan = "blank" if NaN means "not measured", else leave it out'
         raise InputError(

@@ -19,8 +19,7 @@ MAX_NAMES = 1000
 def parse_entry(
     value: Any, single: str, words: Sequence[str], where: str
 ) -> dict[str, Any]:
-    """The table of a key, with these words; another value is that of the word
-    `single`."""
+    """The table of a key, with these words; another value is of the word `single`."""
     entry = value if isinstance(value, dict) else {single: value}
     check_known(entry, words, where, "word")
     return entry

@@ -1,5 +1,4 @@
-"""The beginning of a table without a column map: names, units and numbers of its
-columns."""
+"""Beginning of a table without a column map: names, units and numbers of columns."""
 
 import json
 import re
@@ -65,8 +64,7 @@ class Sample:
         return match[1] if match else name
 
     def stated_unit(self, columns: Sequence[int], kind: str) -> str | None:
-        """The unit of the first column in the header or its name, if it is of a
-        kind."""
+        """The unit of the first column in the header or its name, if of a kind."""
         try:
             return find_unit(self.units[columns[0]], kind, self.source).name
         except InputError:
@@ -82,15 +80,13 @@ class Sample:
         return next((known[word] for word in reversed(words) if word in known), None)
 
     def unknown_unit(self, columns: Sequence[int]) -> str:
-        """A remark where the header states an unknown unit of the first column; else
-        empty."""
+        """A remark on an unknown unit of the first column in the header; else empty."""
         stated = self.units[columns[0]]
         known = not re.search("[A-Za-z]", stated) or stated.lower() in NO_UNITS
         return "" if known else f"its unit {stated[:20]!r} {UNKNOWN}"
 
     def size(self, columns: Sequence[int]) -> float:
-        """The 99 % quantile of absolute values, which spikes do not affect; 0 without
-        values."""
+        """99 % quantile of absolute values, which spikes do not affect; 0 for none."""
         values = np.abs(self.values[:, list(columns)])
         values = values[np.isfinite(values)]
         return float(np.quantile(values, 0.99)) if len(values) else 0.0

@@ -1,5 +1,4 @@
-"""The column of a table with the time, found by its name or as pandas' index, and its
-unit."""
+"""A table's column with the time, by its name or as pandas' index, and its unit."""
 
 import re
 from collections.abc import Sequence

@@ -210,8 +210,7 @@ def _index_name(index: Any) -> str:
 
 
 def _parts(name: str, column: Any) -> dict[str, Any]:
-    """The columns of a column of lists of numbers or of dictionaries; else the column
-    itself."""
+    """Columns of one of lists of numbers or of dictionaries; else the column itself."""
     first = next((row for row in column if row is not None), None)
     if not hasattr(first, "__len__") or isinstance(first, str | bytes):
         return {name: column}

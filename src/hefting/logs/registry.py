@@ -72,8 +72,7 @@ class Format:
     recognise: Callable[[str | Path], bool] | None = None
     """whether a path is such a log; None: its suffix says"""
     folder: str = ""
-    """what a folder is that holds such a log: "ROS 2 bag"; empty: there are only
-    files"""
+    """what a folder is that holds such a log: "ROS 2 bag"; empty: only files"""
     written: tuple[str, ...] = ()
     """endings of the file names that are written; an empty one stands for a folder"""
     write: "Callable[[Recording, str | Path], tuple[str, ...]] | None" = None
@@ -86,8 +85,7 @@ class Format:
         return self.open_table is not None
 
     def matches(self, path: str | Path) -> bool:
-        """Whether the log at `path`, which need not exist, is taken for one of this
-        format."""
+        """Whether the log at `path`, which need not exist, is taken for this format."""
         return (
             self.recognise(path) if self.recognise else suffix_of(path) in self.suffixes
         )
@@ -104,8 +102,7 @@ def table_formats() -> tuple[Format, ...]:
 
 
 def find_format(path: str | Path) -> Format | None:
-    """The format of the log at `path`, by its name or its folder; None when there is
-    none."""
+    """The format of the log at `path`, by its name or its folder; None for none."""
     return next((each for each in formats() if each.matches(path)), None)
 
 

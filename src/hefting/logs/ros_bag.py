@@ -23,8 +23,7 @@ OPTIONS = {
 
 
 def is_bag(path: str | Path) -> bool:
-    """Whether `path` is named like a bag or MCAP file, or is a folder that holds a ROS
-    2 bag."""
+    """Whether `path` is named like a bag or MCAP file, or is a ROS 2 bag's folder."""
     if Path(path).is_dir():
         from hefting.logs.ros.containers import storage_files
 

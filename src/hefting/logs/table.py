@@ -36,8 +36,7 @@ EPOCHS = (
 """Unit, divisor and smallest value of times since 1970 in other units than seconds."""
 
 SINCE_1970 = 1e8
-"""[s] Time above which times count from 1970: no robot controller runs for three
-years."""
+"""[s] Time above which times count from 1970: no controller runs for three years."""
 
 SHORTEST_STEP = 2e-5
 """[s] Time between samples below which another unit may be meant."""
@@ -212,8 +211,7 @@ def _check_steps(
 
 
 def _check_step(name: str, stream: Stream, seconds: bool, where: str) -> list[Message]:
-    """A warning about a median step unlikely for seconds; `InputError` for an
-    impossible one."""
+    """A warning of a median step unlikely for seconds; `InputError` if impossible."""
     # `Recording` refuses times that are not finite
     with np.errstate(over="ignore", invalid="ignore"):
         step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0

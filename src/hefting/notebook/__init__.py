@@ -223,8 +223,7 @@ CARD = "background:#fff;border-radius:4px;padding:4px;max-width:100%;height:auto
 
 
 def text_html(text: str) -> str:
-    """A text from outside, cut to `LONGEST`; names of arguments in backquotes become
-    code."""
+    """A text from outside, cut to `LONGEST`; arguments in backquotes become code."""
     text = printable(" ".join(str(text).split()))
     cut = text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …"
     return re.sub(r"`(\w+)`", r"<code>\1</code>", escape(cut))

@@ -182,8 +182,7 @@ class LiveIdentifier:
         return self._latest
 
     def wait(self, timeout: float | None = None) -> LiveEstimate | None:
-        """The next live estimate; None after `timeout` [s], or if the identifier is
-        closed."""
+        """The next live estimate; None after `timeout` [s], or if closed."""
         with self._changed:
             seen = self._number
             self._changed.wait_for(

@@ -148,8 +148,7 @@ def _receive(stream: IO[bytes]) -> bytes | None:
 
 
 class Inline:
-    """Understands each task at once, for streams that are played as fast as
-    possible."""
+    """Understands each task at once, for streams played as fast as possible."""
 
     busy = False
 

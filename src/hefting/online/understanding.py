@@ -46,15 +46,13 @@ MOST_PARTS = 8
 """Largest number of condensed parts, of some 20 s at 100 Hz each; beyond, the oldest is
 forgotten."""
 SHORTEST = 1.0
-"""[s] Shorter histories are not understood, as offset and bias are not
-distinguished."""
+"""[s] No shorter history is understood, as offset and bias are not distinguished."""
 FEWEST_ROWS = 30
 """Least number of poses and wrenches."""
 TUNED_ON = 1_000
 """Number of latest poses on which the filter is tuned."""
 UNKNOWN = {"bias-undetermined", "bias-unknown", "nothing-held", "sign-uncertain"}
-"""Codes of messages on a recording that is too poor for an answer while more will
-come."""
+"""Codes of messages on a recording too poor for an answer while more will come."""
 
 
 @dataclass(frozen=True)

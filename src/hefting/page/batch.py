@@ -1,5 +1,4 @@
-"""Batch: results of many recordings, those worth a look, and links and commands for
-them."""
+"""Batch: results of many recordings, those worth a look, links and commands."""
 
 import json
 import re

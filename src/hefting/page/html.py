@@ -248,8 +248,7 @@ def _number(row: Row) -> str:
 
 
 def _scale(rows: Sequence[Row], *, from_zero: bool) -> tuple[float, float]:
-    """Ends of a scale that holds all finite numbers of the rows that matter, with a
-    margin."""
+    """Ends of a scale for all finite numbers of rows that matter, with a margin."""
     held = [0.0] if from_zero else []
     for row in rows:
         if row.matters:

@@ -37,8 +37,7 @@ AT_REST = 3
 
 
 def knots_of(duration: float, pieces: int) -> Array:
-    """Knots of a number of equal polynomial pieces over `duration` [s], clamped at both
-    ends."""
+    """Knots of equal polynomial pieces over `duration` [s], clamped at both ends."""
     inner = np.linspace(0.0, duration, pieces + 1)
     return np.concatenate((np.zeros(DEGREE), inner, np.full(DEGREE, duration)))
 

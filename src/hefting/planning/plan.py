@@ -94,8 +94,7 @@ class Planner:
         return planned
 
     def _longer(self, found: Found) -> Iterator[Forecast]:
-        """Forecasts at the end of the motion repeated 2, 4, 8 ... times, up to
-        `LONGEST`."""
+        """Forecasts after the motion repeated 2, 4, 8 ... times, up to `LONGEST`."""
         copies, most = 1, int(LONGEST / found.trajectory.duration)
         while copies < most:
             copies = min(2 * copies, most)

@@ -144,8 +144,7 @@ class Cuts:
 GRID = 30.0
 """[Hz] Rate of the optimisation's grid: ten times that of the motion."""
 FINEST_PIECE = 0.3
-"""[s] Least duration of a polynomial piece: motion up to some 1.5 Hz, which cobots
-follow."""
+"""[s] Least duration of a polynomial piece: cobots follow some 1.5 Hz."""
 MOST_PIECES = 100
 """Largest number of polynomial pieces: more would take too long, so longer motions are
 slower."""

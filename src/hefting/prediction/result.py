@@ -30,8 +30,7 @@ LARGELY = 0.1
 """Ratio of the varying part of that difference to the variation of the wrench above which
 the prediction is not to be used: 8 % more mass, or a COM off by 1 cm."""
 MOSTLY = 0.5
-"""Share of the squared difference that varies below which its constant part is
-reported."""
+"""Varying share of the squared difference below which its constant part is reported."""
 
 
 @immutable
@@ -54,8 +53,7 @@ class Agreement:
     """(2,) the same for the residuals of least squares with a free bias on this
     recording; None with fewer than `FEWEST` samples"""
     within: Array | None
-    """(2,) shares of forces and torques inside the band widened by ``own``; 0.95 is
-    expected"""
+    """(2,) shares of forces and torques in the band with ``own``; 0.95 is expected"""
     sign: WrenchSign
     """sign convention of the measured wrench"""
     notes: tuple[Message, ...] = ()

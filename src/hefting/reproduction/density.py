@@ -1,5 +1,4 @@
-"""Point density: accuracy and compute time of PMD; together with `c1` the paper's 328
-runs."""
+"""Point density: accuracy and compute time of PMD; with `c1` the paper's 328 runs."""
 
 import time
 from collections.abc import Callable
@@ -267,8 +266,7 @@ def _notes(claims: list[tuple]) -> tuple[str, ...]:
 
 
 def claim(name: str, count: int, coarse: np.ndarray, fine: np.ndarray) -> tuple:
-    """A row of the claim: paired t test of errors (n,) of the coarser and the finer
-    grid."""
+    """A row of the claim: paired t test of errors (n,) of coarser and finer grid."""
     from scipy.stats import t
 
     difference, n = fine - coarse, len(fine)

@@ -221,8 +221,7 @@ def mark_limit(axes: "Axes") -> None:
 
 
 def over_limit(speed: float) -> bool:
-    """Whether the paper's linear speed at an angular one [rad/s] is above ISO
-    10218-1's."""
+    """Whether the paper's speed at an angular one [rad/s] is above ISO 10218-1's."""
     return SPEEDS[speed] > SPEED_LIMIT
 
 

@@ -147,8 +147,7 @@ def _followed(observed: Observed, live: PoseFilter) -> Measurements:
 
 
 def smoothed(observed: Observed) -> Iterator[Measurements]:
-    """Each window, by this project's smoother and sample weights from its poses
-    alone."""
+    """Each window, by this project's smoother and weights from its poses alone."""
     for window in _windows_of(observed):
         part = observed[window]
         motion = fit_poses(part.time, part.position, part.orientation).at(part.time)

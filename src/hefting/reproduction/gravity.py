@@ -1,5 +1,4 @@
-"""Gravity's share in force and torque: of human motion, and of the simulated
-motions."""
+"""Gravity's share in force and torque: of human and of simulated motions."""
 
 import numpy as np
 
@@ -31,8 +30,7 @@ HUMAN = {
     "object mass kg": (0.257, 0.110),
     "object radius m": (0.081, 0.068),
 }
-"""Means and medians of human manipulation in daily living (Nadeau et al. 2022, table
-I)."""
+"""Means and medians of daily human manipulation (Nadeau et al. 2022, table I)."""
 YCB_OBJECTS = 63
 """Number of the Yale-CMU-Berkeley set's 77 objects that the paper averages over."""
 DOMINANCE = 5.0
@@ -91,8 +89,7 @@ def human(k: int) -> dict[str, float]:
 
 
 def report(results: Results) -> Report:
-    """The paper's ratios recomputed, its object statistics, and the simulated
-    motions."""
+    """The paper's ratios recomputed, its object statistics, and simulated motions."""
     speeds = speeds_of(results)
     shares = {  # (objects,) by quantity and speed
         part: {

@@ -21,8 +21,7 @@ CHUNK = 8_192
 
 @immutable
 class Screw:
-    """A movable joint between root and sensor frame, in root axes with all screws at
-    zero."""
+    """A movable joint between root and sensor frame, in root axes at zero screws."""
 
     slides: bool
     """whether it is prismatic"""

@@ -28,8 +28,7 @@ LONGEST_NAME = 200
 """Most characters of a name."""
 
 MOST = 2_000
-"""Most links, and most joints, of one robot; humanoids with hands have about a
-hundred."""
+"""Most links, and most joints, of one robot; humanoids with hands have some hundred."""
 
 
 @immutable

@@ -20,8 +20,7 @@ UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 KNOWN = ("object", "bounds", "reach")
 """Values of `Shape.known`: the object's shape, a box around it, or nothing is known."""
 REACH = 0.5
-"""[m] Largest distance of a held object of unknown shape from the sensor, along each
-axis."""
+"""[m] Largest distance of a held object of unknown shape from the sensor, per axis."""
 ROUGH = 0.2
 """`Shape.shape_std` of a box or a hull that is only known to hold the object."""
 SMALL_CAPS = 0.02

@@ -34,8 +34,7 @@ MAX_POINTS = 1_000_000
 MAX_CELLS = 20_000_000
 """Most cells of one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 200_000
-"""Cells that are tested in the search of the best grid, and so limit the number of
-grids."""
+"""Cells tested in the search of the best grid, which limit the number of grids."""
 MOST_UNEVEN = 1.7
 """Longest over shortest side up to which a cell counts as nearly cubic."""
 LONGEST_ALONE = 1.6
@@ -64,8 +63,7 @@ LARGEST_MISMATCH = 0.3
 points it is 0.23 for one of twelve workshop tools and below 0.05 for the others, but at
 least 0.37 where the grid counts a thin part too often or misses it."""
 FINER_GRIDS = 12
-"""Most grids, each of half the cell, that are tried for a solid without a grid point
-inside."""
+"""Most grids, each of half the cell, tried for a solid without a grid point inside."""
 
 
 @dataclass(frozen=True)

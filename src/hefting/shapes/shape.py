@@ -96,8 +96,7 @@ class Shape(Shown):
     faces: np.ndarray | None = field(default=None, repr=False)
     """Triangles (F, 3) of the surface, indices of `hull`; None: unknown."""
     shape_std: float = 0.0
-    """Standard deviation of the object from the shape, as a share of its size: see
-    `ROUGH`."""
+    """Standard deviation of object from shape, as a share of its size: see `ROUGH`."""
     known: str = "object"
     """What the shape is: ``"object"``, that of the object; ``"bounds"``, a volume that
     holds the object, of any shape; ``"reach"``, the surroundings of the sensor, which

@@ -34,8 +34,7 @@ class Solid:
     vertices: Array
     """Vertices (V, 3) [m] in the axes of the shape's file."""
     faces: np.ndarray
-    """Vertex indices (F, 3), counter-clockwise seen from outside; the last ones are the
-    caps."""
+    """Vertex indices (F, 3), counter-clockwise from outside; the last are the caps."""
     volume: float
     """Volume [m³], by the divergence theorem."""
     centroid: Array
@@ -43,8 +42,7 @@ class Solid:
     second_moment: Array
     """Second moment of volume (3, 3) [m²] about the centroid, divided by the volume."""
     cap_fraction: float
-    """Share of the surface's area that was added to close holes; 0 for a watertight
-    mesh."""
+    """Share of the surface's area added to close holes; 0 for a watertight mesh."""
 
     @property
     def lower(self) -> Array:

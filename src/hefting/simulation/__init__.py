@@ -1,5 +1,4 @@
-"""Simulation: an arm wields a rigid body; the log that a robot would write, and the
-truth."""
+"""Simulation: an arm wields a rigid body; its log as of a robot, and the truth."""
 
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion, SensorMotion
 from hefting.simulation.faults import (

@@ -87,8 +87,7 @@ class Faults:
     saturation: tuple[float, float] | None = None
     """largest measured force and torque per axis [N], [N m]"""
     on_sensor: bool = False
-    """whether the wrench is that exerted on the sensor, the opposite of the project's
-    sign"""
+    """whether the wrench is exerted on the sensor, opposite to the project's sign"""
     gyroscope_noise: float = 0.005
     """standard deviation per axis [rad/s]"""
     gyroscope_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)

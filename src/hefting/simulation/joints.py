@@ -97,8 +97,7 @@ def _random_sums(
     angular_speed: float,
     speed_limit: float | None,
 ) -> JointMotion:
-    """Sums of three random sinusoids per joint, with amplitudes between the two `sizes`
-    [°]."""
+    """Three random sinusoids per joint, with amplitudes between the two `sizes` [°]."""
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
     amplitude = np.radians(rng.uniform(*sizes, shape))

@@ -157,8 +157,7 @@ def _bars() -> tuple[Part, ...]:
 
 
 def _grids(count: int) -> Iterator[tuple[Array, Array]]:
-    """Centres (count, 3) and cell sides (3,) [m] of the grids with `count` centres in the
-    H."""
+    """Centres (count, 3) and sides (3,) [m] of grids with `count` centres in the H."""
     corners = [
         (
             np.array(bar.center) - np.divide(bar.size, 2),

@@ -28,8 +28,7 @@ STEEL, ASH_WOOD = 7850.0, 680.0
 """Densities [kg/m³]."""
 
 SECTIONS = 96
-"""Number of sides of the prism for a cylinder in a mesh, whose volume is 0.07 % too
-small."""
+"""Number of sides of the prism for a cylinder in a mesh, 0.07 % too small."""
 
 
 @immutable
@@ -44,8 +43,7 @@ class Part:
     center: tuple[float, float, float]
     """[m]; for a half cylinder, of its flat side"""
     axes: Array = field(default_factory=lambda: np.eye(3))
-    """(3, 3) part axes to assembly axes; cylinders are along z, half cylinders at
-    positive y"""
+    """(3, 3) part axes to assembly axes; cylinders along z, half ones at positive y"""
 
     def __post_init__(self):
         freeze(self, "axes")

@@ -29,8 +29,7 @@ MOTIONS = ("sinusoids", "random", "stop-and-go")
 
 JOINER_HAMMER = "joiners-hammer"
 OBJECTS = (*MODULAR, JOINER_HAMMER)
-"""Objects by name: the modular object's eight configurations, and a hammer of wood and
-steel."""
+"""Objects by name: eight of the modular object, and a hammer of wood and steel."""
 
 MOST_SAMPLES = 5_000_000
 """Most samples of a simulated motion."""
@@ -45,8 +44,7 @@ class Simulated:
     recording: Recording
     """the log with faults"""
     facts: dict[str, Any]
-    """the truth, ready for JSON, with the keys of
-    `hefting.identification.truth.load_truth`"""
+    """the truth for JSON, with keys of `hefting.identification.truth.load_truth`"""
     warnings: tuple[str, ...]
     """limits that the motion exceeds"""
 

@@ -307,8 +307,7 @@ def _mechanics(dynamics: JointDynamics) -> Array:
 
 
 def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
-    """The calibration by a file's entries; `ValueError`, or another error of what is
-    damaged."""
+    """The calibration by a file's entries; `ValueError`, or another for damage."""
     n, arm = dynamics.joints, len(dynamics.base)
     size = len(OWN) + arm + PAYLOAD + 1
     if len(data["levels"]) != LEVELS + 1:

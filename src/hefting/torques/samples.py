@@ -200,8 +200,7 @@ def still_joints(
 
 
 def _torques(recording: Recording, gains: Array | None) -> str:
-    """Name of the stream of torques, or of currents that have gains; `InputError`
-    without."""
+    """Name of the stream of torques or of currents with gains; `InputError` without."""
     source = recording.source
     if recording.has("joint_torques"):
         if UR_JOINT in recording.joint_names and gains is None:
@@ -227,8 +226,7 @@ def _torques(recording: Recording, gains: Array | None) -> str:
 
 
 def _checked(gains: Array, joints: int, source: str) -> Array:
-    """Gains (n,) or (1,); `InputError` for another number, or if one is zero or not
-    finite."""
+    """Gains (n,) or (1,); `InputError` for another number, a zero or no finite one."""
     values = np.atleast_1d(np.asarray(gains, dtype=float))
     if values.shape not in ((1,), (joints,)) or not np.isfinite(values).all():
         what = f"{len(values)} gains for {joints} joints"

@@ -214,14 +214,12 @@ class Session:
 
     @cached_property
     def methods(self) -> tuple[str, ...]:
-        """Names of the given estimates, then of the methods whose needs the shape
-        meets."""
+        """Names of given estimates, then of methods whose needs the shape meets."""
         return (*self.given, *(name for name in METHODS if self._needs_are_met(name)))
 
     @property
     def default(self) -> Settings:
-        """The first given estimate; without one the default method of
-        `hefting.identify`."""
+        """The first given estimate; else the default of `hefting.identify`."""
         name = next(iter(self.given), default_method(self.shape is not None))
         return Settings(name)
 

@@ -1,5 +1,4 @@
-"""Motion along a recording: the arm, and arrows and curves of the wrench. Needs
-viser."""
+"""Motion along a recording: the arm, arrows and curves of the wrench. Needs viser."""
 
 import re
 from typing import TYPE_CHECKING, Any
@@ -139,8 +138,7 @@ class WrenchArrows:
         self.hidden = False
 
     def show(self, frame: Frame, estimate: Estimate | None) -> None:
-        """Draw the wrench at a frame without the estimate's bias, and the predicted
-        one."""
+        """Draw the wrench at a frame without the estimate's bias, and the predicted."""
         wrenches = {"measured": frame.measured - self.playback.bias(estimate)}
         if estimate is not None:
             wrenches["predicted"] = self.playback.predicted(estimate, frame.sample)

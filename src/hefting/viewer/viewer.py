@@ -100,8 +100,7 @@ class Viewer:
         self._follower.want((self.controls.chosen_time, self.controls.settings))
 
     def settle(self) -> bool:
-        """Wait until the instant and settings of the controls are shown; whether they
-        are."""
+        """Wait until the instant and settings of the controls are shown; whether so."""
         return self._follower.settle()
 
     def show(self, time: float, settings: Settings) -> None:

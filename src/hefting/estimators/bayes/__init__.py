@@ -50,11 +50,9 @@ that is certain."""
 MOST_PASSES_UNCERTAIN_SHAPE = 12
 """The same for an uncertain shape, whose distortion is found as well."""
 LARGEST_POSE_STD = (10.0, 1.6)
-"""[m, rad] Largest accepted standard deviations of a pose: beyond, it is
-undetermined."""
+"""[m, rad] Largest accepted standard deviations of a pose: beyond it is open."""
 NEGLIGIBLE_DISTORTION_CHANGE = 0.1
-"""Change of the shape's distortion, in prior standard deviations, at which the passes
-end."""
+"""Change of the shape's distortion, in prior deviations, at which the passes end."""
 NEGLIGIBLE_COM_CHANGE = 0.03
 """Change of the COM about which the prior is linear, over half the shape's diagonal, at
 which the passes end. The error of the linearisation is of second order."""
@@ -170,8 +168,7 @@ class Bayes(Estimator):
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """As `Estimator.settings`, with the shape's own deviation and without the
-        noise."""
+        """As `Estimator.settings`, with the shape's deviation, without the noise."""
         shape = Shape.unknown() if known.shape is None else known.shape
         shape_std: float | None = shape.shape_std
         if shape.known != "object":

@@ -98,8 +98,7 @@ CURVED_SHELL_VARIANCE = 0.3
 """Variance of the second Legendre polynomial of the depth rank, relative to that of the
 first."""
 TENSOR_MULTIPLICITY = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
-"""(6,) number of times each entry xx, xy, xz, yy, yz, zz occurs in the symmetric
-tensor."""
+"""(6,) number of times each entry xx, xy, xz, yy, yz, zz occurs in the tensor."""
 
 
 def member_covariances(voxels: Voxels, diagonal: float, units: Array) -> Array:

@@ -17,8 +17,7 @@ from hefting.estimators.bayes.prior import Prior
 INTERVAL_LEVEL = 0.95
 """Probability of the intervals of an estimate."""
 NON_NEGATIVE_NUMBERS = (0, 4, 7, 9, 10, 13, 15)
-"""Indices of mass and moments of inertia among the sixteen numbers of
-`INTERVAL_QUANTITIES`."""
+"""Indices of mass and moments of inertia in the numbers of `INTERVAL_QUANTITIES`."""
 _NON_NEGATIVE = np.array([i in NON_NEGATIVE_NUMBERS for i in range(16)])
 LEAST_ABOVE_ZERO = 0.25
 """Least share of an interval's width, four standard deviations, that lies above zero
@@ -190,8 +189,7 @@ def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
 
 
 def _above_zero(ends: Array) -> tuple[Array, Array]:
-    """Lower and upper ends (16,), those of mass and moments not negative; see
-    `shaped`."""
+    """Lower and upper ends (16,), of mass and moments not negative; see `shaped`."""
     low, high = ends
     above = np.maximum(high, LEAST_ABOVE_ZERO * (high - low))
     low, high = np.where(_NON_NEGATIVE, (np.maximum(low, 0.0), above), ends)

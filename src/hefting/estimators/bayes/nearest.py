@@ -49,8 +49,7 @@ class Nearest:
     distance: float
     """squared, in standard deviations"""
     margin: float | None
-    """of its COM in the hull, where the shape most likely is; None for a certain
-    shape"""
+    """of its COM in the hull, where the shape most likely is; None if it is certain"""
     duals: Duals
     """start of the search for a similar body"""
 
@@ -172,8 +171,7 @@ def _without_shape(
 
 
 def _slipped(prior: Prior, scores: Array) -> tuple[Prior, Move]:
-    """Cells and voxels moved by errors of the pose of `scores` (d,) standard
-    deviations."""
+    """Cells and voxels moved by pose errors of `scores` (d,) standard deviations."""
     move = prior.slips.by(scores)
     return prior.placed_by(move.parameters), move
 

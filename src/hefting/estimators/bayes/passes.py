@@ -34,15 +34,13 @@ LARGEST_PRIOR_SCALE = 2.0
 UNCHANGED_SCALE = 0.005
 """Relative change of the prior's mass up to which the prior counts as unchanged."""
 SMALLEST_CENTERED_MASS = 0.1
-"""Least mass of a posterior's mean, over the prior's, for its centre of mass to be
-used."""
+"""Least mass of a posterior's mean, over the prior's, for its COM to be used."""
 MUCH_LIKELIER = 8.0
 """Gain in log evidence (`Passes.likeliest_way`) above which another way to give the
 shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with
 the right shape, and with it 5 mm and 5° off."""
 SIZES = (1.0 / 2.54, 2.54)
-"""Factors of size of cm taken for in and of in for cm; a factor of ten shows in the
-density."""
+"""Factors of size of cm taken for in and of in for cm; ten shows in the density."""
 ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
 """(10,) prior standard deviations of mass, first moment [m] and inertia [m²] of an
 unknown body of about 1 kg."""
@@ -88,8 +86,7 @@ class Pass:
 
     @property
     def distortion_change(self) -> float:
-        """Largest change of the shape's distortion in the pass, in prior standard
-        deviations."""
+        """Largest change of the shape's distortion in the pass, in prior deviations."""
         return float(np.abs(self.scores - self.placed.scores).max(initial=0.0))
 
     @cached_property
@@ -132,8 +129,7 @@ class Passes:
         )
 
     def next(self, last: Pass, scores: Array) -> Pass:
-        """The next pass, about the centre of mass of `last` and the distortion `scores`
-        (d,)."""
+        """The next pass, about the COM of `last` and the distortion `scores` (d,)."""
         placed = self.prior.about(scores, last.center)
         return self._pass(placed, last.center, last.measured, last.noise)
 

@@ -56,8 +56,7 @@ class Posterior:
     residual_covariance: Array
     """(6, 6) of the wrench, as modelled [N², N² m, N² m²]"""
     excess: float
-    """variance of the residuals over that of the claimed noise; 1 if the noise was
-    found"""
+    """variance of the residuals over that of the claimed noise; 1 if it was found"""
     contradicted: bool
     """whether that is more than chance"""
     autocorrelation: float
@@ -205,8 +204,7 @@ def doubtful_shape(posterior: Posterior, distance: float) -> float:
 
 
 def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
-    """Messages on doubts about the posterior; `distance` is squared, as in
-    `Nearest`."""
+    """Messages on doubts about the posterior; `distance` squared, as in `Nearest`."""
     return (
         *_noise_warnings(posterior),
         *_shape_warnings(posterior, distance),

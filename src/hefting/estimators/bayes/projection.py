@@ -37,13 +37,11 @@ DUAL_TOLERANCE = 1e-6
 """Largest entry of the dual's gradient at convergence: error of the parameters in
 standard deviations."""
 RELATIVE_DUAL_TOLERANCE = 1e-5
-"""The same as a share of the distance from the parameters, with which rounding
-grows."""
+"""The same as a share of the distance to the parameters, with which rounding grows."""
 NEGLIGIBLE_DUAL_CHANGE = 1e-13
 """Relative change of the dual objective that is attributed to rounding."""
 SMALLEST_SHARE = 1e-9
-"""Diagonal term that keeps the dual equations invertible, relative to their
-diagonal."""
+"""Diagonal that keeps the dual equations invertible, relative to their diagonal."""
 
 
 class Projection(NamedTuple):

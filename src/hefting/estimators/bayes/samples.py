@@ -116,8 +116,7 @@ class Samples:
 
     @cached_property
     def least_squares(self) -> Array:
-        """(10,) parameters of least squares, forces and torques weighed by their
-        size."""
+        """(10,) parameters of least squares, forces and torques weighed by size."""
         squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
         scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
         A, b = (self.A * scale[:, None]).reshape(-1, 10), (self.b * scale).ravel()

@@ -1,5 +1,4 @@
-"""Files of ROS data: ROS 1 bags, MCAP and SQLite files, and ROS 2 bag folders of
-these."""
+"""Files of ROS data: ROS 1 bags, MCAP and SQLite files, and ROS 2 folders of these."""
 
 import re
 import shutil

@@ -42,8 +42,7 @@ PLACEHOLDER = "structure_needs_at_least_one_member"
 """Field that ROS 2 adds to a message type without fields."""
 
 Definitions = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
-"""By type: constants, and fields as (name, description), in the form of
-`rosbags.typesys`."""
+"""By type: constants, and fields as (name, description), as in `rosbags.typesys`."""
 
 
 class Unreadable(Exception):

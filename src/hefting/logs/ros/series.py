@@ -1,5 +1,4 @@
-"""Samples of one quantity in a bag, and the repair of their stamps, order and
-repeats."""
+"""Samples of one quantity in a bag, and repair of their stamps, order and repeats."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

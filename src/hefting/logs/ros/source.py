@@ -1,5 +1,4 @@
-"""Bytes of a bag, read forward; every length is checked against the file before it is
-used."""
+"""Bytes of a bag, read forward; lengths are checked against the file before use."""
 
 import bz2
 import os

@@ -1,5 +1,4 @@
-"""Numbers of a bag's topics -> streams of a recording: choice of topics, frames and
-axes."""
+"""Numbers of a bag's topics -> streams of a recording: by topics, frames and axes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,8 +14,7 @@ from hefting.logs.ros.messages import TYPES, Gathered, Key
 from hefting.logs.ros.series import Series, tidy
 
 WORLD, SENSOR = "world", "sensor"
-"""Frames in bags that this library writes: that of the poses, and that of which they
-are."""
+"""Frames in bags that this library writes: of the poses, and of what they are."""
 
 LEVER_ARM = 0.005
 """[m] Largest distance of an accelerometer from the sensor's origin."""
@@ -283,8 +281,7 @@ class Streams:
         return Rotation.from_quat(pose[3:]), at_sensor
 
     def twist(self) -> None:
-        """Velocities in world axes; those in sensor axes are turned by the
-        orientation."""
+        """Velocities in world axes; from sensor axes by the orientation."""
         topic = self._topic("twist")
         if topic is None:
             return

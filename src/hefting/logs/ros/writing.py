@@ -23,8 +23,7 @@ from hefting.logs.ros.messages import JOINT_PATHS
 from hefting.logs.ros.streams import SENSOR, WORLD
 
 EPOCH = 1_000_000_000
-"""Stamp of a recording's first sample [ns], as a stamp of zero means that there is
-none."""
+"""Stamp of a recording's first sample [ns], as zero means that there is none."""
 
 VECTORS = {
     "position": "pose.position",
