@@ -34,7 +34,6 @@ EXAMPLES = (
     "hefting plan --urdf arm.urdf --tip flange --estimate now.json --quick",
 )
 PLAYER = ".html"
-"""Suffix of a page that plays the motion."""
 RATE = 100.0
 """[Hz] Default rate of the samples that will be recorded."""
 
@@ -91,7 +90,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_limits(group: argparse._ActionsContainer) -> None:
-    """Options on the limits of the motion."""
     add_number(
         group,
         "--speed",
@@ -121,7 +119,6 @@ def _add_limits(group: argparse._ActionsContainer) -> None:
 
 
 def _add_sensor(group: argparse._ActionsContainer) -> None:
-    """Options on the sensor."""
     group.add_argument(
         "--sensor-noise",
         metavar="FORCE,TORQUE",

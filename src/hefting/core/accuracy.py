@@ -126,11 +126,9 @@ _ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
 def _shown(name: str, value: float, digits: int = 3) -> str:
     if np.isinf(value):
         return "open"
-    return (
-        f"{1e3 * value:.{digits}g}mm"
-        if name == "center_of_mass"
-        else f"{100.0 * value:.{digits}g}%"
-    )
+    if name == "center_of_mass":
+        return f"{1e3 * value:.{digits}g}mm"
+    return f"{100.0 * value:.{digits}g}%"
 
 
 def _about_com(vectors: Array) -> Array:

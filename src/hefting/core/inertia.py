@@ -62,11 +62,9 @@ class Consistency:
 
     def __str__(self) -> str:
         name = self.violated
-        return (
-            "consistent"
-            if name is None
-            else f"{EXPLANATIONS[name]} (margin {self.margins[name]:.3g})"
-        )
+        if name is None:
+            return "consistent"
+        return f"{EXPLANATIONS[name]} (margin {self.margins[name]:.3g})"
 
 
 TOLERANCE = 1e-9

@@ -86,11 +86,9 @@ def block_starts(time: Array) -> Indices | None:
 def column_names(stream: str, width: int) -> tuple[str, ...]:
     """Names of the `width` columns of a stream."""
     names = COLUMNS[stream]
-    return (
-        tuple(f"{names[0]}{i}" for i in range(1, width + 1))
-        if stream in JOINT_STREAMS
-        else names
-    )
+    if stream in JOINT_STREAMS:
+        return tuple(f"{names[0]}{i}" for i in range(1, width + 1))
+    return names
 
 
 @dataclass(frozen=True, eq=False)

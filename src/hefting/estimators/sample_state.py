@@ -153,11 +153,9 @@ class SampleState:
 def model_weight(measurements: Measurements, model: str, c1: float) -> Array | float:
     """Share w of the full model: 1, 0, or (K,) by the samples' dynamism (Nadeau et al.
     2022, eq. 9)."""
-    return (
-        full_model_weight(measurements, c1)
-        if model == "blended"
-        else float(model == "full")
-    )
+    if model == "blended":
+        return full_model_weight(measurements, c1)
+    return float(model == "full")
 
 
 def require_model(model: str, c1: float) -> None:

@@ -45,7 +45,6 @@ FIRST_MU = 0.01
 """First mu relative to the largest entry of the gradient at Q = I. Smaller values save
 steps; much smaller ones fail."""
 MOST_PATH_STEPS = 60
-"""Largest number of steps along the central path."""
 MOST_RESTARTS = 2
 """Largest number of restarts from the body that was found, for gamma = 0, if its bound
 does not prove it optimal."""
@@ -379,8 +378,6 @@ class _Step:
     def mu_after(self, a: float, dQ: Array, dZ: Array, ds: float, dy: float) -> float:
         """Mean product after a step of length `a`."""
         total = float(np.vdot(self.diagonal + a * dQ, self.diagonal + a * dZ))
-        return (
-            total / 4.0
-            if self._e is None
-            else (total + (self._slack + a * ds) * (self._y + a * dy)) / 5.0
-        )
+        if self._e is None:
+            return total / 4.0
+        return (total + (self._slack + a * ds) * (self._y + a * dy)) / 5.0

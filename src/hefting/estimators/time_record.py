@@ -90,11 +90,9 @@ class Stretches:
         *parts, rest = self._each
         if self.open_count >= 0.5 * self.length:
             return [*parts, rest]
-        return (
-            [*parts[:-1], _join(parts[-1], rest)]
-            if parts and self.open_count
-            else parts
-        )
+        if parts and self.open_count:
+            return [*parts[:-1], _join(parts[-1], rest)]
+        return parts
 
     def _with_open(self, factor: Array, count: int) -> Self:
         if count < self.length:

@@ -90,11 +90,9 @@ class Uncertainty:
     @property
     def offset_std(self) -> float:
         """[s] of the offset of generalised least squares; infinite if not free."""
-        return (
-            np.inf
-            if self.layout.offset is None
-            else float(self.step_std[self.layout.offset])
-        )
+        if self.layout.offset is None:
+            return np.inf
+        return float(self.step_std[self.layout.offset])
 
     @property
     def offset_step(self) -> float:

@@ -67,11 +67,9 @@ def motion_noise_of(measured: Measured) -> MotionNoise | None:
     accelerations by differences."""
     motion = measured.motion
     if motion is None:
-        return (
-            white_motion_noise(measured.measurements)
-            if measured.source == "columns"
-            else measured.measurements.motion_noise
-        )
+        if measured.source == "columns":
+            return white_motion_noise(measured.measurements)
+        return measured.measurements.motion_noise
     if motion.linear_acceleration_std is None:
         return None
     return motion.noise

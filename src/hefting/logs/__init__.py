@@ -22,7 +22,6 @@ from hefting.logs.registry import (
 )
 
 __all__ = ["check_output", "formats", "read_log", "write_log"]
-"""Names that are public here."""
 
 OTHERS = {
     ".gz": ("is packed with gzip", "unpack it, as zcat does"),

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 MAX_COLUMNS = 1000
-"""Largest number of columns."""
 
 FIXED = {
     name: columns for name, columns in COLUMNS.items() if name not in JOINT_STREAMS
@@ -207,7 +206,6 @@ def _find_lacking(present: set[str], wrench_needed: bool) -> Iterator[tuple[str,
 def _warn_about_ignored(
     names: Sequence[str], unknown: Sequence[str], absent: Sequence[str]
 ) -> tuple[Message, ...]:
-    """A warning about the columns that are not read, if any."""
     blank = [f"number {i} without a name" for i, n in enumerate(names, 1) if not n]
     ignored = _quoted(unknown, absent) + blank
     if not ignored:

@@ -92,7 +92,6 @@ class Quantity:
     form: str = ""
     """of an orientation or a pose"""
     order: str = ""
-    """of Euler angles"""
     in_world: bool = False
     """a wrench in world axes"""
     names: tuple[str, ...] = ()
@@ -245,7 +244,6 @@ def _parse_units(
 
 
 def _parse_names(entry: Mapping[str, Any], width: int, where: str) -> tuple[str, ...]:
-    """Joint names, one for each column."""
     names = entry.get("names", [])
     if not isinstance(names, list) or not all(
         isinstance(name, str) and name for name in names

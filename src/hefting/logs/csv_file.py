@@ -198,7 +198,6 @@ class CsvTable:
     def _parse_rows(
         self, text: bytes, columns: Sequence[int], skip_empty: bool
     ) -> "pa.Table":
-        """The wanted columns of the rows in `text`."""
         import pyarrow as pa
         from pyarrow import csv as pacsv
 
@@ -382,4 +381,3 @@ FORMAT = Format(
     written=(".csv",),
     write=write_csv,
 )
-"""Separated text with a header row."""

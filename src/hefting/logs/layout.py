@@ -34,7 +34,6 @@ class Layout:
     skip: int | None = None
     """lines to skip after the header, such as units; None: those without numbers"""
     decimal: str | None = None
-    """decimal mark"""
 
 
 def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
@@ -87,8 +86,6 @@ def whole(value: Any, least: int) -> bool:
 
 def brief(value: Any) -> str:
     """A value of TOML, shortened for a message."""
-    return (
-        repr(value)[:40]
-        if not isinstance(value, int) or abs(value) < 10**18
-        else "a huge number"
-    )
+    if not isinstance(value, int) or abs(value) < 10**18:
+        return repr(value)[:40]
+    return "a huge number"

@@ -13,7 +13,6 @@ from hefting.logs.table import summarize_list
 from hefting.logs.units import SECOND, Unit, find_unit
 
 MAX_NAMES = 1000
-"""Largest number of columns of one key."""
 
 
 def parse_entry(
@@ -119,7 +118,6 @@ def parse_time(value: Any, where: str) -> MappedTime:
 
 
 def _unit_of_rate(entry: dict[str, Any], where: str) -> Unit:
-    """The unit of a count of frames."""
     rate = entry["rate"]
     if (
         isinstance(rate, bool)

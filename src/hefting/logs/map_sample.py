@@ -21,7 +21,6 @@ from hefting.logs.table import Table
 from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
 
 MOST_ROWS = 2000
-"""Largest number of rows."""
 BRACKETS = re.compile(
     r"^(?![\s\S]{200})([^\[(].*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
 )
@@ -158,7 +157,6 @@ def _first_numbers(table: Table, column: int) -> Array:
 
 
 def _of_text(path: str | Path) -> Sample:
-    """The beginning of separated text."""
     text = one_line(next(texts(path), b""))
     header = read_header(text, path, None)
     names, separator, decimal = header.names, header.separator, header.decimal

@@ -226,7 +226,6 @@ def _place(table: Table, column_map: ColumnMap, key: str, column: str | int) -> 
 
 
 def _join_force_and_torque(force: Quantity, torque: Quantity, source: str) -> Quantity:
-    """Force and torque as one wrench."""
     if force.in_world != torque.in_world:
         what = "force and torque are in different axes"
         raise InputError(what, source, "give both in the same axes")
@@ -238,7 +237,6 @@ def _join_force_and_torque(force: Quantity, torque: Quantity, source: str) -> Qu
 def _convert_to_si(
     key: str, stream: Stream, quantity: Quantity, source: str, labels: Sequence[str]
 ) -> Mapping[str, Stream]:
-    """The streams of a key in SI units."""
     if key == "pose":
         positions, matrices = split_pose(stream, quantity.form, source, labels)
         check_matrices(replace(stream, values=matrices), source, labels)

@@ -26,10 +26,8 @@ if TYPE_CHECKING:
     from pyarrow import parquet
 
 ROWS = 65_536
-"""Number of rows that are read at a time."""
 
 GROUP = 65_536
-"""Number of rows of a written row group."""
 
 BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""
@@ -201,4 +199,3 @@ FORMAT = Format(
     written=(".parquet",),
     write=write_parquet,
 )
-"""Columns in binary form, with nulls."""

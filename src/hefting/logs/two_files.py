@@ -151,7 +151,6 @@ def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
 
 
 def _table(path: str | Path, chosen: ColumnMap | None) -> Table:
-    """The table at a path, with the layout of a map."""
     check_readable(path)
     check_size(path)
     form = find_format(path)

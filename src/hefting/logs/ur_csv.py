@@ -115,7 +115,6 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
 def _check_fields(
     table: Table, fields: dict[str, list[int]], wrench_needed: bool
 ) -> None:
-    """`InputError` where a required field is absent."""
     if _time_of(table) is None:
         raise InputError(
             "there is no column timestamp", table.source, "record timestamp too"
@@ -129,7 +128,6 @@ def _check_fields(
 
 
 def _time_of(table: Table) -> str | None:
-    """Name of the column of times, if any."""
     return next((name for name in TIMES if name in table.names), None)
 
 
@@ -199,7 +197,6 @@ def _find_fields(table: Table) -> dict[str, list[int]]:
 
 
 def _check_whole(field: str, names: list[str], there: list[str], source: str) -> None:
-    """`InputError` for an incomplete field."""
     missing = [name for name in names if name not in there]
     if missing:
         what = f"column {missing[0]} is missing beside {there[0]}"
@@ -207,7 +204,6 @@ def _check_whole(field: str, names: list[str], there: list[str], source: str) ->
 
 
 def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:
-    """`InputError` for a repeated name of a column."""
     read = [table.names[column] for columns in fields.values() for column in columns]
     for name in (*TIMES, *read):
         if table.names.count(name) > 1:
@@ -264,7 +260,6 @@ def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, s
 
 
 def _check_reference(values: dict[str, Array], raw: bool) -> list[Message]:
-    """Warnings about the frame of the wrench."""
     if "tcp_offset" not in values:
         about = (
             "axes and origin of ft_raw_wrench are"
@@ -285,4 +280,3 @@ FORMAT = Format(
     read_table=read_ur,
     is_header=is_ur,
 )
-"""Columns of a robot controller, in any file with named columns."""

@@ -36,7 +36,6 @@ SAID_ONCE = {"time-shifted", "columns-by-name", "columns-doubtful", "end-left-ou
 """Codes of messages about the file, which only the first window has."""
 
 Reader = Callable[[Table], Recording]
-"""Reads a recording from a table."""
 
 
 def windows(
@@ -250,5 +249,4 @@ def _rows(block: Block, chosen: slice) -> Block:
 
 
 def _count(blocks: Sequence[Block]) -> int:
-    """Number of rows."""
     return sum(len(block.rows) for block in blocks)

@@ -41,7 +41,6 @@ SPEED = 1.5
 TIMES = (1.5, 35.0)
 """Times of the estimates [s]."""
 SEEDS = 10
-"""Number of noise seeds for each object."""
 LAMBDA, USUAL = 0.1, 56
 """PMD's regularization in the paper, and its number of points there."""
 SERIES = {
@@ -221,7 +220,6 @@ def _claims(
 
 
 def _times_table(timed: list[tuple[Job, Result]]) -> Table:
-    """Times by number of points and of observations."""
     first = timed[0][1]["whole"][0]
     rows = [
         (result["points"], count, 1e3 * solve, 1e3 * whole, whole / first)

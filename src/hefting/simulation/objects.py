@@ -118,11 +118,9 @@ class Assembly:
         solids = [part.mesh(sections) for part in shown if part.density > 0.0]
         holes = [part.mesh(sections) for part in shown if part.density < 0.0]
         surface = trimesh.boolean.union(solids, engine="manifold")
-        return (
-            trimesh.boolean.difference([surface, *holes], engine="manifold")
-            if holes
-            else surface
-        )
+        if holes:
+            return trimesh.boolean.difference([surface, *holes], engine="manifold")
+        return surface
 
 
 HAMMER_POSE = frozen(

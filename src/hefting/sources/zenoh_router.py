@@ -60,7 +60,6 @@ class Inbox:
 
 
 PORT = 7447
-"""Default port of a Zenoh router."""
 
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
 

@@ -303,7 +303,6 @@ def summary(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
-    """The effect of a scale's reading, if any."""
     if "sensor_gain" not in made:
         return
     gain = round(100.0 * made["sensor_gain"], 2)

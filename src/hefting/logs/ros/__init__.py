@@ -14,7 +14,6 @@ from hefting.logs.ros.messages import Collector, Gathered, same_name, without_sl
 from hefting.logs.ros.streams import Streams
 
 __all__ = ["read_bag"]
-"""Names that are public here."""
 
 
 def read_bag(
@@ -80,7 +79,6 @@ def read_bag(
 
 
 def _collect(contents: Contents, named: dict[str, str]) -> Collector:
-    """The numbers of the wanted topics' messages."""
     collector = Collector(contents.path, named)
     try:
         for topic, logged, data in read_messages(contents, collector.wants):
@@ -93,7 +91,6 @@ def _collect(contents: Contents, named: dict[str, str]) -> Collector:
 
 
 def _check_named(contents: Contents, named: dict[str, str]) -> None:
-    """`InputError` for a named topic that is absent."""
     present = [topic.name for topic in contents.topics]
     for role, name in named.items():
         if name != "none" and not any(same_name(name, other) for other in present):
