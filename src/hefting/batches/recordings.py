@@ -180,8 +180,7 @@ class Recordings:
         return [name for name in self._table.column_names if name not in own]
 
     def identities(self) -> Iterator[str]:
-        """Identities of the rows of results, in order, by object where recordings are
-        grouped."""
+        """Identities of the rows of results, in order, by object where grouped."""
         if not self._is_grouped:
             return (entry.identity for entry in self)
         return (self[rows[0]].row_name for rows in self.in_groups())

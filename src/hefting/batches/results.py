@@ -223,8 +223,7 @@ def _in_order(files: list[Path], order: Digests) -> "Iterator[pa.Table]":
 
 
 def _ranks(digests: Digests, order: Digests) -> Indices:
-    """(n,) Index of each digest in `order`; the length of `order` for those not in
-    it."""
+    """(n,) Index of each digest in `order`; its length for those not in it."""
     by_digest = np.argsort(order, kind="stable")
     at = np.searchsorted(order, digests, sorter=by_digest)
     at = by_digest[np.minimum(at, len(order) - 1)] if len(order) else at

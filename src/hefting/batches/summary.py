@@ -130,8 +130,7 @@ class Summary:
     """Errors of recordings that were left out of objects with other recordings, the
     most frequent first."""
     doubts: dict[str, int]
-    """Number of rows by code of a message that puts them in doubt, the most frequent
-    first."""
+    """Rows by code of a message that puts them in doubt, the most frequent first."""
     doubt_texts: dict[str, str]
     """Text of such a message in one of the rows, by code."""
     residuals: Array

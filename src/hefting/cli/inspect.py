@@ -1,5 +1,4 @@
-"""hefting inspect: say what a log holds, its conventions, and what can be found from
-it."""
+"""hefting inspect: what a log holds, its conventions, and what can be found from it."""
 
 import argparse
 

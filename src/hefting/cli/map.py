@@ -1,5 +1,4 @@
-"""hefting map: guess a column map from the names and numbers of a log, to be
-checked."""
+"""hefting map: guess a column map from the names and numbers of a log, to check."""
 
 import argparse
 

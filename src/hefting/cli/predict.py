@@ -65,8 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Predict, write the outputs, and print peaks and extremes; returns the exit
-    status."""
+    """Predict, write outputs, and print peaks and extremes; returns the exit status."""
     from hefting.cli.report import exit_status
     from hefting.plots.style import FORMATS
     from hefting.prediction import predict

@@ -110,8 +110,7 @@ def run(arguments: argparse.Namespace) -> None:
 def _session(
     a: argparse.Namespace,
 ) -> "tuple[Session, Playback, Recording, Settings]":
-    """The session with its recording, before and after ingest, and the first
-    settings."""
+    """The session with its recording, before and after ingest, and first settings."""
     from hefting.identification.truth import load_truth
     from hefting.ingest.ingest import ingest
     from hefting.request.request import reading_of_one

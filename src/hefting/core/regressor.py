@@ -77,8 +77,7 @@ def features(measurements: Measurements) -> Array:
 
 
 def motion_features(measurements: Measurements) -> Array:
-    """The first twelve features (K, 12), of the motion alone and without the samples'
-    weights."""
+    """The first twelve features (K, 12), of the motion alone, without weights."""
     x = np.empty((len(measurements), 12), order="F")
     _write_motion(measurements, x)
     return x

@@ -51,8 +51,7 @@ LEAST_OWN_SHARE = 1e-6
 
 @immutable
 class MassRow:
-    """Row of a scale's reading, and the gain of the sensor that it implies; `NO_ROW`
-    for none."""
+    """A scale's reading as a row, and the gain of the sensor implied; else `NO_ROW`."""
 
     weight: float
     """[1/kg] of the row, in units of the method's equations"""

@@ -36,8 +36,7 @@ RANK_TOLERANCE = 1e-9
 count as zero."""
 
 VANISHING_COLUMN = 1e-13
-"""Length of a regressor's column, relative to the longest, below which it is a rounding
-error."""
+"""Length of a regressor's column over the longest, below which it is rounding."""
 
 _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS

@@ -27,8 +27,7 @@ from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, 
 from hefting.estimators.quadratic import ScaledSVD
 
 SMALLEST_GAMMA = 1e-14
-"""gamma relative to |b|² without a prior. It decides only directions that the data
-leave open."""
+"""gamma relative to |b|² without a prior. It decides only what the data leave open."""
 GAP_TOLERANCE = 1e-6
 """Certified gap at which a solution counts as converged, relative to the objective (or
 1e-6 |b|², if it is smaller)."""

@@ -129,8 +129,7 @@ class Agreement(Shown):
 
     @property
     def tested(self) -> bool:
-        """Whether two estimates determine the same quantity, so that a comparison is
-        possible."""
+        """Whether two estimates determine the same quantity, and can be compared."""
         known = [np.isfinite(ends).all(axis=0) for ends in self.intervals.values()]
         return bool((np.sum(known, axis=0) > 1).any())
 

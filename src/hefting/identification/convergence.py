@@ -1,5 +1,4 @@
-"""Convergence: estimates from the samples up to several instants of a recording, or up
-to one."""
+"""Convergence: estimates up to several instants of a recording, or up to one."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -33,8 +33,7 @@ SENSOR_DELAY = 0.003
 """[s] Error of an imperfect sensor, in units of the wrench's rate of change: sensors
 lag and ring."""
 ROWS_FOR_MEDIAN = 20_000
-"""Largest number of rows from which a median is taken, to a hundredth of a standard
-deviation."""
+"""Most rows from which a median is taken, to a hundredth of a standard deviation."""
 SMALLEST_SPREAD = 1e-12
 """[N, N m] Lower bound on the spread of residuals, against division by zero."""
 LARGEST_OUTLIER_SHARE = 0.6

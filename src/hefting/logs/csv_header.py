@@ -102,8 +102,7 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
 
 
 def _first_lines(text: bytes, path: str | Path, header: int) -> list[str]:
-    """The lines that may hold the header, and the rows looked at; `InputError` for
-    blank text."""
+    """The lines that may hold the header, and rows; `InputError` for blank text."""
     if not text.strip():
         raise InputError("the file is empty", where=path)
     most = max(MOST_LINES_BEFORE, header) + ROWS_LOOKED_AT

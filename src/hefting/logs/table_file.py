@@ -221,8 +221,7 @@ def read_table_file(
     column_map: str | Path | None = None,
     wrench_needed: bool = True,
 ) -> Recording:
-    """Recording in the table at `path`; `InputError` for what `hefting.logs.read_log`
-    refuses."""
+    """Recording in the table at `path`; `InputError` as of `hefting.logs.read_log`."""
     check_size(path)
     table, read = opened(file_format, path, column_map, wrench_needed)
     return read(table)

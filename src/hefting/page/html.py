@@ -70,8 +70,7 @@ def items(lines: Iterable[object], **attributes: object) -> Markup:
 
 
 def table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
-    """A table in a box that scrolls if it is too wide; the first cell of a row is its
-    heading."""
+    """A table in a box that scrolls; the first cell of a row is its heading."""
     top = element("tr", *(element("th", name, scope="col") for name in head))
     body = []
     for name, *cells in rows:

@@ -146,8 +146,7 @@ GRID = 30.0
 FINEST_PIECE = 0.3
 """[s] Least duration of a polynomial piece: cobots follow some 1.5 Hz."""
 MOST_PIECES = 100
-"""Largest number of polynomial pieces: more would take too long, so longer motions are
-slower."""
+"""Largest number of polynomial pieces: longer motions are slower."""
 
 
 @immutable

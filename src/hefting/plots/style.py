@@ -108,8 +108,7 @@ def picture_of(figure: "Figure", suffix: str) -> bytes:
 
 @contextmanager
 def style() -> Iterator[None]:
-    """A context in which matplotlib uses `STYLE`. `MissingDependencyError` without
-    matplotlib."""
+    """Within, matplotlib uses `STYLE`. `MissingDependencyError` without matplotlib."""
     with needing("matplotlib", "plot"):
         import matplotlib
     with matplotlib.rc_context(STYLE):

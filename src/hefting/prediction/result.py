@@ -35,8 +35,7 @@ MOSTLY = 0.5
 
 @immutable
 class Agreement:
-    """A measured wrench, corrected, and compared with the predicted one at its own L
-    instants."""
+    """A corrected wrench, compared with the predicted one at its L instants."""
 
     time: Array
     """(L,) [s], on the motion's clock"""

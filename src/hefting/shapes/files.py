@@ -120,8 +120,7 @@ class PlyVertices:
 
 
 def read_ply_vertices(path: str | Path) -> PlyVertices:
-    """Vertex properties of an ASCII or binary PLY file. Raises `InputError` for a
-    damaged one."""
+    """Vertex properties of an ASCII or binary PLY file. `InputError` if damaged."""
     _, data = read_bytes(path, (".ply",), "a PLY file")
     fix = "export it again as ASCII or binary PLY"
     if not data.startswith(b"ply") or _ply_body(data) == 0:

@@ -91,8 +91,7 @@ def estimate_report(
 def plain_errors(
     found: InertialParameters, truth: InertialParameters
 ) -> tuple[float, float]:
-    """Error of the mass [%] and distance of the COM [m], which do not need the object's
-    size."""
+    """Error of the mass [%] and distance of the COM [m], without the object's size."""
     apart = np.linalg.norm(found.center_of_mass - truth.center_of_mass)
     return 100.0 * abs(found.mass / truth.mass - 1.0), float(apart)
 

@@ -103,8 +103,7 @@ OFF_CENTRE_GROWTH = 1.0
 """As `densities.OFF_CENTRE_GROWTH`, about the middle of the box. By the parallel axis
 theorem it is 1, as the second moment about the COM is the same anywhere in the box."""
 WIDER_COM, WIDER_MOMENTS = 1.3, 2.0
-"""Factors of gamma, and of a and b, for objects unlike those to which the members were
-fitted."""
+"""Factors of gamma, and of a and b, for objects unlike those fitted."""
 EVEN_COM = 12.0**-0.5
 """Least gamma for a box: that of a centre of mass uniformly distributed in it. A
 smaller one would bias the mass where forces are doubtful and the first moment is not.
