@@ -7,7 +7,6 @@ time scales grows, with the logarithm of the number of samples.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
-from functools import reduce
 from typing import Any, Self
 
 import numpy as np
@@ -45,7 +44,7 @@ class Excitation:
     @classmethod
     def of_all(cls, each: Sequence[Self], moments: Moments) -> Self:
         """That of several recordings, whose common moments are `moments`."""
-        rows = reduce(_stacked, [one.directions for one in each])
+        rows = triangular(np.concatenate([one.directions for one in each]))
         return cls(moments, rows, max(one.angular_noise for one in each))
 
     @property
@@ -101,10 +100,6 @@ def directions_of(measurements: Measurements) -> Array:
     if z.weights is not None:
         rows *= np.sqrt(z.weights)[:, None]
     return triangular(rows)
-
-
-def _stacked(first: Array, second: Array) -> Array:
-    return triangular(np.concatenate((first, second)))
 
 
 FULL = ("full",)

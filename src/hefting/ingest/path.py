@@ -181,7 +181,8 @@ def path_of(
 def static_path(recording: Recording) -> Path:
     """Path without motion: static poses, or a pose that is held."""
     orientation = recording["orientation"]
-    world = _world_to_sensor_rows(orientation.values)
+    turned = np.swapaxes(rotation_matrices(orientation.values), 1, 2)
+    world = turned.reshape(-1, 9)  # from world to sensor axes, by rows
     read = partial(_read_static, orientation.time, world)
     return Path("static", -np.inf, np.inf, read, np.inf)
 
@@ -193,11 +194,6 @@ def _read_static(
     K = len(time)
     rows = np.hstack((np.zeros((K, 12)), world[row]))
     return rows, np.zeros((2, K)), np.ones(K, dtype=bool)
-
-
-def _world_to_sensor_rows(quaternions: Array) -> Array:
-    """(K, 9) rotation matrices from world to sensor axes, by rows."""
-    return np.swapaxes(rotation_matrices(quaternions), 1, 2).reshape(-1, 9)
 
 
 def _reading_rows(

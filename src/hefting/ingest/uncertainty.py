@@ -81,7 +81,8 @@ class Uncertainty:
             weights = np.sqrt(self.fit.weights[segment])
             influences = _influences(self.fit, segment, weights)
             covariance += _weighted_gram(self.spectrum, influences)
-        covariance *= _inverse_coverage(self.fit, segments)
+        covered = sum(segment.stop - segment.start for segment in segments)
+        covariance *= len(self.fit.weights) / covered
         undetermined = np.isinf(self.naive)
         covariance[undetermined], covariance[:, undetermined] = 0.0, 0.0
         covariance[undetermined, undetermined] = np.inf
@@ -275,10 +276,6 @@ def _segments(K: int) -> list[slice]:
     """Consecutive segments of equal length that cover at least half of K samples."""
     length = min(K, SEGMENT_LENGTH)
     return [slice(start, start + length) for start in range(0, K - length + 1, length)]
-
-
-def _inverse_coverage(fit: Fit, segments: list[slice]) -> float:
-    return len(fit.weights) / sum(segment.stop - segment.start for segment in segments)
 
 
 def _taper(length: int) -> Array:

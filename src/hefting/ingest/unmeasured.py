@@ -10,7 +10,7 @@ import numpy as np
 
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Indices, Mask, distinct, median, runs_of
+from hefting.core.spatial import Array, Mask, changed_rows, distinct, median, runs_of
 from hefting.ingest.channels import SAMPLES_FOR_NOISE, has_noise, noise_of_channel
 from hefting.motion.continuity import Discontinuities, find_discontinuities
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
@@ -228,7 +228,7 @@ def _without(recording: Recording, mask: Mask, said: Message) -> Recording:
 
 def stalled(values: Array) -> Mask:
     """Mask (K,) of values (K, 6) that are repeated too long to be chance."""
-    first = _first_of_runs(values)
+    first = np.flatnonzero(changed_rows(values))
     lengths = np.diff(np.append(first, len(values)))
     usual = median(lengths)
     long = lengths >= max(FEWEST_REPEATED, TIMES_HELD * usual)
@@ -247,9 +247,3 @@ def _always_changes(values: Array) -> Mask:
     ]
     noise = [noise_of_channel(channel) for channel in values.T]
     return has_noise(values) & (np.array(noise) > np.array(steps))
-
-
-def _first_of_runs(values: Array) -> Indices:
-    """Indices of the values (K, 6) that differ from the one before."""
-    changes = (values[1:] != values[:-1]).any(axis=1)
-    return np.concatenate(([0], 1 + np.flatnonzero(changes)))

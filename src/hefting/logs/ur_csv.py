@@ -190,17 +190,13 @@ def _find_fields(table: Table) -> dict[str, list[int]]:
         names = [f"{field}_{i}" for i in range(width)] if width > 1 else [field]
         there = [name for name in names if name in table.names]
         if there:
-            _check_whole(field, names, there, table.source)
+            missing = [name for name in names if name not in there]
+            if missing:
+                what = f"column {missing[0]} is missing beside {there[0]}"
+                raise InputError(what, table.source, f"record all of {field}")
             fields[field] = [table.names.index(name) for name in names]
     _check_repeated(table, fields)
     return fields
-
-
-def _check_whole(field: str, names: list[str], there: list[str], source: str) -> None:
-    missing = [name for name in names if name not in there]
-    if missing:
-        what = f"column {missing[0]} is missing beside {there[0]}"
-        raise InputError(what, source, f"record all of {field}")
 
 
 def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:

@@ -28,6 +28,7 @@ from hefting.reproduction.experiment import (
     Result,
     Results,
     Table,
+    jobs_of,
     over_limit,
     speeds_of,
     thing,
@@ -49,11 +50,7 @@ def jobs(quick: bool) -> list[Job]:
     objects, speeds, seeds = (
         (("hammer",), (1.0, 2.0, 4.0), 1) if quick else (OBJECTS, tuple(SPEEDS), SEEDS)
     )
-    return [
-        {"object": name, "speed": speed, "seeds": seeds}
-        for name in objects
-        for speed in speeds
-    ]
+    return jobs_of(objects, speeds, seeds=seeds)
 
 
 def run(job: Job) -> Result:

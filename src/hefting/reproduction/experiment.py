@@ -225,6 +225,11 @@ def over_limit(speed: float) -> bool:
     return SPEEDS[speed] > SPEED_LIMIT
 
 
+def jobs_of(objects: Iterable[str], speeds: Iterable[float], **more: Any) -> list[Job]:
+    """A job for each object and speed, with `more` that is the same for all."""
+    return [{"object": name, "speed": s, **more} for name in objects for s in speeds]
+
+
 def speeds_of(results: Results) -> list[Any]:
     """The speeds of the jobs of results, each once, in their order."""
     return list(dict.fromkeys(job["speed"] for job, _ in results))

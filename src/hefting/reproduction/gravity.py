@@ -13,6 +13,7 @@ from hefting.reproduction.experiment import (
     Result,
     Results,
     Table,
+    jobs_of,
     legend_above,
     mark_limit,
     marked,
@@ -46,7 +47,7 @@ def jobs(quick: bool) -> list[Job]:
     objects, speeds = (
         (("hammer", "empty"), (1.0, 4.0)) if quick else (OBJECTS, tuple(SPEEDS))
     )
-    return [{"object": name, "speed": speed} for name in objects for speed in speeds]
+    return jobs_of(objects, speeds)
 
 
 def run(job: Job) -> Result:

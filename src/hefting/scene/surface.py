@@ -8,7 +8,7 @@ from hefting.core.estimate import Estimate, com_jacobian
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.sensor_accuracy import Z95
-from hefting.core.spatial import Array, freeze, own, rotation_matrices
+from hefting.core.spatial import Array, changed_rows, freeze, own, rotation_matrices
 from hefting.robots.arm import LARGEST_SIZE, Geometry
 from hefting.shapes import Shape
 from hefting.shapes.reading import read_mesh
@@ -219,9 +219,7 @@ def _merged(
     first = np.argmin(new, axis=1)[:, None]
     new = np.take_along_axis(new, (first + np.arange(3)) % 3, axis=1)
     new = new[np.lexsort(new.T)]
-    repeated = np.zeros(len(new), dtype=bool)
-    repeated[1:] = (new[1:] == new[:-1]).all(axis=1)
-    return means, new[~repeated]
+    return means, new[changed_rows(new)]
 
 
 class LinkSurfaces:

@@ -12,7 +12,7 @@ from operator import itemgetter
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array, median
+from hefting.core.spatial import Array, changed_rows, median
 from hefting.shapes.cells import (
     MOST_DIVIDED_CELLS,
     Lattice,
@@ -243,7 +243,7 @@ def _centred(box: WorkingBox, cell: float, number: int) -> list[tuple]:
     cells = np.floor(box.sides / pitch) + np.indices((3, 3, 3)).reshape(3, 27).T
     cells = np.maximum(cells, 1).reshape(-1, 3)
     cells = cells[np.lexsort(cells.T[::-1])]
-    cells = cells[np.r_[True, (cells[1:] != cells[:-1]).any(axis=1)]]
+    cells = cells[changed_rows(cells)]
     size = box.sides / cells
     longest = np.where(cells > 1, size, 0).max(axis=1)
     uneven = longest / np.where(cells > 1, size, np.inf).min(axis=1)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, changed_rows
 
 FAR_BACK = 1_000_000_000
 """[ns] Largest step back of stamps of messages out of order; a larger one means another
@@ -101,7 +101,7 @@ def tidy(
         series = series[np.argsort(series.time, kind="stable")]
     repeated = np.append(False, np.diff(series.time) == 0)[: len(series)]
     if repeated.any():
-        equal = np.append(False, (series.values[1:] == series.values[:-1]).all(axis=1))
+        equal = ~changed_rows(series.values)
         if exact := int((repeated & equal).sum()):
             tell(
                 note(
