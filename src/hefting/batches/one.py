@@ -293,10 +293,7 @@ def estimate_of_parts(
 ) -> Estimate:
     """The estimate of one object from all parts."""
     return identify_parts(
-        parts,
-        shape,
-        method=request.method,
-        hyperparameters=hyperparameters_of(request),
+        parts, shape, method=request.method, hyperparameters=hyperparameters_of(request)
     ).estimate
 
 

@@ -49,9 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench"
     )
     log.add_argument(
-        "--gravity",
-        metavar="X,Y,Z",
-        help=f"in world axes [m/s²]; default {GRAVITY}",
+        "--gravity", metavar="X,Y,Z", help=f"in world axes [m/s²]; default {GRAVITY}"
     )
     add_place(log)
     add_tool(log, "the sensor bears this gripper as well")

@@ -107,9 +107,7 @@ def run(arguments: argparse.Namespace) -> None:
             viewer.close()
 
 
-def _session(
-    a: argparse.Namespace,
-) -> "tuple[Session, Playback, Recording, Settings]":
+def _session(a: argparse.Namespace) -> "tuple[Session, Playback, Recording, Settings]":
     """The session with its recording, before and after ingest, and first settings."""
     from hefting.identification.truth import load_truth
     from hefting.ingest.ingest import ingest

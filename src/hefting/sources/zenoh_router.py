@@ -19,13 +19,7 @@ from typing import Any
 from hefting.core.errors import InputError, needing
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources import (
-    MAX_MESSAGE,
-    MAX_QUEUED,
-    QUEUE_FULL,
-    TOO_LARGE,
-    address_of,
-)
+from hefting.sources import MAX_MESSAGE, MAX_QUEUED, QUEUE_FULL, TOO_LARGE, address_of
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 
