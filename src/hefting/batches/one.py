@@ -263,8 +263,7 @@ def estimate_of(request: SimpleNamespace, log: str, shape: Shape | None) -> Esti
 
 
 def _together(parts: Iterable[Ingested]) -> list[Ingested]:
-    """All parts as a list; each is pickled, which halves its memory, while the others
-    are made."""
+    """All parts as a list; each is pickled meanwhile, which halves its memory."""
     packed = deque(pickle.dumps(part) for part in parts)
     return [pickle.loads(packed.popleft()) for _ in range(len(packed))]
 

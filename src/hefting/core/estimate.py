@@ -238,8 +238,7 @@ class Estimate(Shown):
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """The estimate as JSON-ready values; keys as documented for ``hefting identify
-        --json``."""
+        """The estimate as JSON-ready values; keys as of ``hefting identify --json``."""
         p, certificate = self.parameters, self.certificate
         notes = (
             note

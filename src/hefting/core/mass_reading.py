@@ -47,8 +47,7 @@ class MassReading:
     """[kg] standard deviation. The accuracy that a scale's maker states, a limit of its
     errors, will do: the intervals then are wider than need be."""
     assumed: bool = False
-    """Whether no deviation was given, so that the reading is taken to be right to its
-    last digit."""
+    """Whether no deviation was given: the reading counts as right to its last digit."""
 
     def __post_init__(self):
         try:

@@ -53,8 +53,7 @@ class Sheet:
 
 
 def sheet_name(text: str) -> str:
-    """A sensor's name in the spelling of `SHEETS`: lower case, without spaces, hyphens
-    and marks."""
+    """A sensor's name as in `SHEETS`: lower case, without spaces, hyphens and marks."""
     return "".join(letter for letter in text.lower() if letter.isalnum())
 
 

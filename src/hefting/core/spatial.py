@@ -229,8 +229,7 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
 
 
 def lengths(vectors: Array) -> Array:
-    """(...,) lengths of vectors (..., n), ten times as fast as `numpy.linalg.norm`
-    along an axis."""
+    """(...,) lengths of vectors (..., n), ten times as fast as `numpy.linalg.norm`."""
     return np.sqrt(np.square(vectors) @ np.ones(vectors.shape[-1]))
 
 

@@ -285,8 +285,7 @@ def take_errors(method: Any) -> None:
 
 
 def stated_errors(method: Any) -> dict[str, str]:
-    """The sensor's accuracy and a scale's reading, as far as given, for an estimate's
-    provenance."""
+    """The sensor's accuracy and scale's reading, as far as given, for a provenance."""
     values = {name: getattr(method, name) for name in ("sensor_accuracy", "mass")}
     return {name: str(value) for name, value in values.items() if value is not None}
 

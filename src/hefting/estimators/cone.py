@@ -276,8 +276,7 @@ class _Newton:
         return damping
 
     def curvature(self) -> Array:
-        """W' J^-1 W (3, 3), which turns changes of the scales into changes of the
-        squared norms."""
+        """W' J^-1 W (3, 3): changes of the squared norms by changes of the scales."""
         return self._W @ lapack.dpotrs(self._factor, self._W.T)[0]
 
 
@@ -304,8 +303,7 @@ class _ActiveSet:
         return u, masses, np.sqrt(W @ u), 1
 
     def curvature(self) -> Array:
-        """W' J^-1 W (2, 2), which turns changes of the scales into changes of the
-        squared norms."""
+        """W' J^-1 W (2, 2): changes of the squared norms by changes of the scales."""
         WU = self._W @ self._U
         return self._W @ self._W.T - WU @ WU.T
 

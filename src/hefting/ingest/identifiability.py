@@ -96,8 +96,7 @@ def _columns(moments: Moments, model: str, size: float = 1.0) -> Array:
 
 @immutable
 class Identifiability:
-    """Ranks and condition numbers of a motion, and the parameters that a recording
-    leaves open."""
+    """Ranks and condition numbers of a motion, and what a recording leaves open."""
 
     rank_full: int
     """of 10"""

@@ -57,8 +57,7 @@ class Format:
     """opens a file with named columns; the layout, which a column map may give, matters
     to text only"""
     in_blocks: bool = True
-    """whether such a file is read block by block, so that one of any size can be cut
-    into windows"""
+    """whether it is read block by block, so that any size can be cut into windows"""
     read_table: "Callable[[Table, bool], Recording] | None" = None
     """the recording in a table; the second argument says whether a log without a wrench
     is refused"""

@@ -214,8 +214,7 @@ BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b326
 """Background of each verdict, on which white text is readable."""
 LARGEST = 100_000
 RESOLUTIONS = (150, 100, 60)
-"""Dots per inch of the shape; the first one is used for which the picture is at most
-`LARGEST`."""
+"""Dots per inch of the shape; the first with a picture of at most `LARGEST` is used."""
 CARD = "background:#fff;border-radius:4px;padding:4px;max-width:100%;height:auto"
 """Style of pictures: their dark lines need white also on a dark page."""
 

@@ -172,8 +172,7 @@ def weak_geo(subject: Thing, z: Measurements) -> Estimator:
 
 
 def noise_found(subject: Thing, z: Measurements) -> Estimator:
-    """GEO with the noise of the residuals of least squares, increased for their
-    autocorrelation."""
+    """GEO with the noise of least squares' residuals, increased for autocorrelation."""
     fit = fit_freely(z, False)
     factor = float(np.sqrt(fit.autocorrelation))
     return GEO(

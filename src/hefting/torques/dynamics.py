@@ -163,8 +163,7 @@ class JointDynamics:
         return transfer(place, R.T @ rotation_matrices(orientation[0]))
 
     def _configurations(self, q: Array) -> Array:
-        """(K, nq) joint positions for Pinocchio: those of continuous joints as cosine
-        and sine."""
+        """(K, nq) joint positions for Pinocchio: continuous ones as cosine and sine."""
         columns: list[Array] = []
         for j, joint in enumerate(list(self.model.joints)[1:]):
             own = q[:, j]

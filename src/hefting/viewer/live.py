@@ -175,8 +175,7 @@ class Intervals:
 
 
 class RecentWrench:
-    """Plots of force and torque over the latest seconds, measured and predicted by the
-    estimate."""
+    """Plots of force and torque over the latest seconds, measured and predicted."""
 
     def __init__(self, gui: "GuiApi"):
         self._kept = np.empty((0, 13))

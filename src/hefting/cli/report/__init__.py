@@ -56,8 +56,7 @@ def decimals_of(value: float, reach: float | None) -> int:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """A number with a number of decimals, zero without a minus; ``open`` where it is not
-    finite."""
+    """A number with so many decimals, zero without a minus; ``open`` if not finite."""
     if not np.isfinite(value):
         return "open"
     return f"{round(float(value), decimals) + 0.0:.{decimals}f}"

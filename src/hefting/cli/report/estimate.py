@@ -320,8 +320,7 @@ def _describe_until(estimate: Estimate) -> str:
 
 
 def facts(estimate: Estimate) -> Iterable[str]:
-    """`assumptions`, then accuracy of the shape, settings, residual, consistency and
-    certificate."""
+    """`assumptions`, then the shape's accuracy, settings, residual and certificate."""
     yield from assumptions(estimate)
     made = estimate.provenance
     if "until" in made:

@@ -1,5 +1,4 @@
-"""Mixture: the posterior of the ten parameters as a weighted sum of Gaussians, and its
-intervals."""
+"""Mixture: the posterior of the ten parameters as a sum of Gaussians, and intervals."""
 
 from functools import cached_property, lru_cache
 from math import erfc, exp, pi

@@ -14,8 +14,7 @@ MAX_CHUNK = 256 * 1024**2
 """Largest record, and largest decompressed chunk, that is read [bytes]."""
 
 MAX_RATIO = 200
-"""Largest ratio of decompressed size (beyond one chunk) to file size; sensor data reach
-about 20."""
+"""Largest decompressed size (beyond one chunk) over file size; sensor data reach 20."""
 
 
 LONGEST_TEXT = 200
