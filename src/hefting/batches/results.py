@@ -63,8 +63,7 @@ class Results:
             self.write()
 
     def write(self) -> None:
-        """Write the added rows as a part. `InputError` where that fails; no part of
-        them is written then."""
+        """Write the added rows as a part, whole or not at all, else `InputError`."""
         if not self._rows:
             return
         path = self.folder / f"part-{self._next:06d}.parquet"

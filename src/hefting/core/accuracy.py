@@ -18,8 +18,7 @@ NAMES = {"mass": "mass", "com": "center_of_mass", "inertia": "inertia"}
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Limits of three errors; None for one that does not matter, infinite for one that
-    is open."""
+    """Limits of three errors; None for one that does not matter, infinite if open."""
 
     mass: float | None = None
     """|dm| / m"""

@@ -213,8 +213,7 @@ class Estimate(Shown):
 
     @property
     def physically_consistent(self) -> bool:
-        """Whether a body with these parameters, and inside the shape if it is known,
-        can exist."""
+        """Whether a body with these parameters, inside a known shape, can exist."""
         return self.consistency.is_consistent
 
     @property

@@ -1,5 +1,4 @@
-"""Inertial parameters of a rigid body: conversions, frame moves, sums and physical
-consistency."""
+"""Inertial parameters of a rigid body: conversions, frames, sums and consistency."""
 
 from __future__ import annotations
 

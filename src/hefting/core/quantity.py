@@ -62,8 +62,7 @@ def numbers(text: str, count: int, option: str) -> list[float]:
 def quantities(
     text: str, kinds: Sequence[Kind], option: str, example: str
 ) -> tuple[float, ...]:
-    """Numbers with units separated by commas, in SI units; `InputError` names the
-    option otherwise."""
+    """Numbers with units separated by commas, in SI units; `InputError` for others."""
     parts = text.split(",")
     if len(parts) != len(kinds):
         what = f"'{text}' is not {len(kinds)} numbers with units"

@@ -62,8 +62,7 @@ REDUCED_MAP = np.ascontiguousarray(-_full_map()[:3].reshape(3, 60))
 
 
 def features(measurements: Measurements) -> Array:
-    """Features (K, 22) of K samples, column-major; rows are scaled by the root of the
-    sample's weight."""
+    """Features (K, 22) of K samples, column-major, scaled by the root of the weight."""
     z = measurements
     x = np.empty((len(z), FEATURES), order="F")
     _write_motion(z, x)

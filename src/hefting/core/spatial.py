@@ -92,8 +92,7 @@ def freeze(value: object, *names: str) -> None:
 
 
 def own(array: NDArray[Scalar]) -> NDArray[Scalar]:
-    """`array`, to which nothing else refers, made read-only in place, so that `frozen`
-    need not copy it."""
+    """`array`, to which nothing else refers, made read-only without a copy."""
     array.setflags(write=False)
     return array
 

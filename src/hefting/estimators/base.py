@@ -102,8 +102,7 @@ class Estimator:
     instead_of_shape: ClassVar[tuple[str, ...]] = ()
     """Hyperparameters each of which replaces the shape if it is given."""
     takes_shape: ClassVar[Mapping[str, Needs]] = {}
-    """Hyperparameters whose value may be ``"shape"``, for the known shape, and what
-    that must be."""
+    """Hyperparameters that may be ``"shape"``, the known shape, and what it must be."""
     assumes: ClassVar[str] = "the shape"
     """What decides the parameters that the motion leaves open, in words, if the method
     needs a shape."""
@@ -245,8 +244,7 @@ class Estimator:
         return reduce(self.merge, states)
 
     def estimate(self, state: State) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
-        are none."""
+        """The estimate from the samples seen; `NotIdentifiableError` without any."""
         raise NotImplementedError
 
     def continued(self, state: Any, before: Any) -> tuple[Estimate, Any]:

@@ -309,8 +309,7 @@ class _ActiveSet:
 
 
 def _shifted(problem: ConeProblem, u: Array) -> Array:
-    """`u` moved and scaled so that A'u <= 0 and both norms are at most one; zeros if
-    that fails."""
+    """`u` moved and scaled so that A'u <= 0 and both norms are at most 1; or zeros."""
     over = problem.A.T @ u
     # above rounding
     excess = max(0.0, float(over.max())) + 1e-14 * float(np.abs(over).max())

@@ -128,8 +128,7 @@ class GEO(PointEstimator):
         return super().provenance | ({"gamma": GAMMA} if usual else {})
 
     def estimate(self, state: State) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
-        are none."""
+        """The estimate from the samples seen; `NotIdentifiableError` without any."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         require_information(problem)

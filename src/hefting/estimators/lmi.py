@@ -81,8 +81,7 @@ class LMI(PointEstimator):
         return "LMI" if self.ellipsoid is None else "LMI-ellipsoid"
 
     def estimate(self, state: State) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
-        are none."""
+        """The estimate from the samples seen; `NotIdentifiableError` without any."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         require_information(problem)
@@ -145,8 +144,7 @@ def _scaled(problem: Quadratic, G: Array) -> Array:
 
 
 def _box_filling(shape: Shape) -> InertialParameters:
-    """A homogeneous kilogram that fills the shape's bounding box; sides of zero length
-    count as 1 mm."""
+    """A homogeneous kilogram in the shape's bounding box, of sides of at least 1 mm."""
     R = shape.pose[:3, :3]
     local = shape.hull @ R
     low, high = local.min(axis=0), local.max(axis=0)

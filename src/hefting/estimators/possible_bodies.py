@@ -196,8 +196,7 @@ def body_factor(body: InertialParameters) -> Array:
 
 
 def _com_derivative(c: Array) -> Array:
-    """(10, 3) derivative of the parameters of 1 kg by its COM, for a fixed inertia
-    about the COM."""
+    """(10, 3) derivative of the parameters of 1 kg by its COM, inertia fixed."""
     derivative = np.zeros((10, 3))
     derivative[1:4] = np.eye(3)
     derivative[4:] = parallel_axis_slopes(c)

@@ -32,8 +32,7 @@ WrenchNoise = Noise | Array | None
 newtons weigh like N m."""
 
 RANK_TOLERANCE = 1e-9
-"""Singular values of the column-scaled regressor below this, relative to the largest,
-count as zero."""
+"""Singular values of the scaled regressor that count as zero, over the largest."""
 
 VANISHING_COLUMN = 1e-13
 """Length of a regressor's column over the longest, below which it is rounding."""
@@ -105,8 +104,7 @@ def stacked_factor(
 
 
 def with_equation(R: Array, row: Array | None) -> Array:
-    """A factor as of `stacked_factor` with one more equation (11,) of the parameters;
-    None for none."""
+    """A factor as of `stacked_factor` with one more equation (11,), if any."""
     if row is None:
         return R
     return np.vstack((R, np.pad(row, (R.shape[1] - len(row), 0))))

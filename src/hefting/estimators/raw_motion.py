@@ -147,8 +147,7 @@ def white_motion_noise(measurements: Measurements) -> MotionNoise | None:
 
 
 def _level(series: Array, order: int = DIFFERENCE_ORDER) -> float:
-    """Standard deviation of the white noise of a series (K, d), from its differences of
-    an order."""
+    """Standard deviation of a series' white noise (K, d), by differences."""
     if len(series) <= order:
         return 0.0
     differences = np.abs(np.diff(series, order, axis=0))

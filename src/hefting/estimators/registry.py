@@ -80,8 +80,7 @@ def methods_with(hyperparameter: str) -> list[str]:
 
 
 def options() -> dict[str, Option]:
-    """Every hyperparameter that users may set to a number, by name, in the order of the
-    methods."""
+    """Every hyperparameter that users may set to a number, by name, as methods rank."""
     found: dict[str, Option] = {}
     for method, kind in METHODS.items():
         for field in fields(kind):

@@ -133,8 +133,7 @@ class TimeRecord:
     nothing was said of their motion's noise"""
 
     def fold(self, x: Array, weights: Array | None, noise: MotionNoise | None) -> Self:
-        """With samples of features `x` (K, 22), their `weights` (K,) and the noise of
-        their motion."""
+        """With samples of features `x` (K, 22), `weights` (K,) and noise of motion."""
         motion = self._motion_with(
             float(len(x)) if weights is None else float(weights.sum()), noise
         )

@@ -103,8 +103,7 @@ class Body:
     def from_parameters(
         cls, parameters: InertialParameters, name: str, frame: str
     ) -> Self:
-        """The body with these parameters; `InputError` with the violated condition if none
-        can exist."""
+        """The body with these parameters; `InputError` says why if none can exist."""
         inertia = parameters.inertia_at_com
         is_point = (
             np.abs(inertia).max()

@@ -100,8 +100,7 @@ def _fill_inertia(mass: float, fill: Shape | Literal["point"]) -> tuple[Array, s
 def inertia_messages(
     estimate: Estimate, target: Target, body: Body, fill: Fill
 ) -> list[Message]:
-    """Warnings about an open inertia. Raises `InputError` if there is none and the target
-    needs one."""
+    """Warnings about an open inertia; `InputError` if none but the target needs one."""
     if body.is_point and target.needs_inertia:
         open_ = estimate.undetermined.inertia
         what = (

@@ -81,8 +81,7 @@ class Target:
     warnings: Callable[[Body], list[Message]] = _no_warnings
     """Warnings about a body in this form."""
     file_warnings: Callable[[str, str], list[Message]] = _no_warnings
-    """Warnings about the text of an existing file with the inertial of the element with
-    this name."""
+    """Warnings on a file's text with the inertial of the element of this name."""
 
 
 @dataclass

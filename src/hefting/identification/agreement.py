@@ -223,8 +223,7 @@ def _values(body: InertialParameters) -> Array:
 
 
 def _intervals(estimate: Estimate) -> Array:
-    """(2, 7) ends of the intervals; those of principal moments by the covariance, to
-    first order."""
+    """(2, 7) ends of the intervals; of principal moments to first order."""
     values, ends = _values(estimate.parameters), np.full((2, 7), np.inf)
     ends[0] = -np.inf
     std = estimate.std

@@ -83,8 +83,7 @@ class Poses:
 
     @property
     def first_moved(self) -> int | None:
-        """Index of the first pose that differs from the first one by more than noise;
-        None for none."""
+        """Index of the first pose that differs by more than noise; None for none."""
         cosine = np.abs(self.orientation @ self.orientation[0]).clip(max=1.0)
         moved = 2.0 * np.arccos(cosine) > MOVED[1]
         if self.position is not None:

@@ -29,8 +29,7 @@ Response = Callable[[Complex], Complex]
 
 @immutable
 class Signal:
-    """An evenly sampled signal to be filtered repeatedly. Before its start it had its
-    first value."""
+    """An evenly sampled signal to filter repeatedly; before it, its first value."""
 
     values: Array
     """(K, n)"""

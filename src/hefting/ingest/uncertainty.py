@@ -313,8 +313,7 @@ def _leverage(Z: Array, root: Array) -> Array:
 
 
 def _weighted_gram(weights: Array, Z: Array) -> Array:
-    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, for Z (2,
-    F, 6, q)."""
+    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels."""
     flat = (Z * np.sqrt(weights)[:, :, None]).reshape(-1, Z.shape[3])
     return flat.T @ flat
 

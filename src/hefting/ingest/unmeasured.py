@@ -239,8 +239,7 @@ def stalled(values: Array) -> Mask:
 
 
 def _always_changes(values: Array) -> Mask:
-    """Channels (6,) of values (K, 6) whose noise exceeds a step, so that they change at
-    rest too."""
+    """Channels (6,) of values (K, 6) that change at rest by more than a step."""
     steps = [
         np.diff(distinct(channel[:SAMPLES_FOR_NOISE])).min(initial=np.inf)
         for channel in values.T

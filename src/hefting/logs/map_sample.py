@@ -91,8 +91,7 @@ class Sample:
         return float(np.quantile(values, 0.99)) if len(values) else 0.0
 
     def stated_or_by_size(self, columns: Sequence[int], kind: str) -> tuple[str, str]:
-        """Unit of lengths or angles as the header states it, else by their size, and a
-        remark."""
+        """Unit of lengths or angles by the header, or else their size, and a remark."""
         if (stated := self.stated_unit(columns, kind)) is not None:
             return stated, ""
         usual, other, limit = BY_SIZE[kind]

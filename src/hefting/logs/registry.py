@@ -64,8 +64,7 @@ class Format:
     is_header: Callable[[Sequence[str]], bool] | None = None
     """whether column names are those that `read_table` reads"""
     read: "Callable[..., Recording] | None" = None
-    """the recording at a path; takes also the keywords ``wrench_needed`` and those of
-    `options`"""
+    """the recording at a path; also by ``wrench_needed`` and those of `options`"""
     options: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """keyword options of `read`: what the command's option takes, and its help"""
     recognise: Callable[[str | Path], bool] | None = None

@@ -144,8 +144,7 @@ class Expected:
         )
 
     def of_latest(self, z: Measurements, length: float) -> Deviation | None:
-        """The deviation of the last `length` [s] of K samples; None where they do not fill
-        it."""
+        """The deviation of the last `length` [s] of K samples; None if not filled."""
         if not len(z):
             return None
         first = int(np.searchsorted(z.time, z.time[-1] - length))

@@ -165,8 +165,7 @@ def final_estimate(
 
 
 def state_of(estimate: Estimate) -> LiveStateName:
-    """State of an estimate: whether it reaches the accuracy that was asked for, and may
-    be used."""
+    """State of an estimate: whether it has the wanted accuracy, and may be used."""
     enough = estimate.sufficient and estimate.verdict.usable
     return "sufficient" if enough else "identified"
 

@@ -254,8 +254,7 @@ class Pipeline:
         return replace(found, estimate=replace(estimate, warnings=warnings))
 
     def _fold(self) -> Measurements | None:
-        """Update the estimate with the samples since the last understanding, and return
-        these."""
+        """Update the estimate with the samples since the last time; returns these."""
         if not self._known:
             return None
         known = self._known[-1]

@@ -70,8 +70,7 @@ class Objective:
         return cls(tuple(rows), frozen(floors), not rows)
 
     def value(self, information: Array) -> tuple[float, Array]:
-        """Logarithm of the uncertainty, and its derivative (10, 10) by the information
-        (10, 10)."""
+        """Log of the uncertainty, and its derivative by the information (10, 10)."""
         scale = 1.0 / np.sqrt(information.diagonal())
         L = np.linalg.cholesky(scale[:, None] * information * scale)
         half = np.linalg.solve(L, np.diag(scale))

@@ -156,8 +156,7 @@ def lines_of(
 
 
 def _wrapped(text: str, columns: int) -> list[str]:
-    """Lines of at most `columns` characters that keep a name, its number and its interval
-    together."""
+    """Lines of at most `columns` characters; a name keeps its number and interval."""
     kept = re.sub(r"(\w+) (\S+) ± (\S+)", "\\1\xa0\\2\xa0±\xa0\\3", text)
     return [line.replace("\xa0", " ") for line in wrap(kept, columns)]
 

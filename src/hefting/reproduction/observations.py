@@ -187,8 +187,7 @@ def report(results: Results) -> Report:
 
 
 def tables(results: Results, scores: Scores, speeds: list[float]) -> tuple[Table, ...]:
-    """Published and own errors, other settings, differences, errors of the motion, and
-    all results."""
+    """Published and own errors, settings, differences, errors of motion, results."""
     others = [name for name in METHODS if name not in MAIN]
     columns = (
         "motion",

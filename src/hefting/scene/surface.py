@@ -151,8 +151,7 @@ def reach(estimate: Estimate, name: str) -> Array | None:
 
 
 def _com_correlation(estimate: Estimate) -> Array:
-    """Correlation (3, 3) of the COM's errors; the identity if the covariance does not
-    determine it."""
+    """Correlation (3, 3) of the COM's errors; the identity if undetermined."""
     covariance = estimate.covariance
     if covariance is None or not np.isfinite(covariance[:4, :4]).all():
         return np.eye(3)
@@ -181,8 +180,7 @@ class Surface:
 
 
 def surface_of(shape: Shape) -> Surface | None:
-    """The surface of a shape with at most `MOST_TRIANGLES`; None for a cloud or an
-    unknown shape."""
+    """The surface of a shape, of at most `MOST_TRIANGLES`; None without one."""
     if shape.faces is None or shape.known == "reach":
         return None
     vertices, faces = coarser(shape.hull, shape.faces, MOST_TRIANGLES)

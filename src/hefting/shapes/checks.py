@@ -38,8 +38,7 @@ DEFAULT_POINTS = 56
 
 
 def arrays_of(source: Any) -> tuple[Array, np.ndarray] | None:
-    """Vertices and faces of an object that has both (a trimesh or Open3D-like mesh),
-    else None."""
+    """Vertices and faces of an object that has both, as trimesh's, else None."""
     vertices, faces = getattr(source, "vertices", None), getattr(source, "faces", None)
     if vertices is None or faces is None:
         return None

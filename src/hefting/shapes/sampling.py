@@ -321,8 +321,7 @@ def _inside(
 
 
 def _points(box: WorkingBox, grid: tuple) -> tuple[Array, Lattice]:
-    """The points of a grid inside the solid, in the working frame, and the lattice of
-    its cells."""
+    """The points of a grid in the solid, in the working frame, and its lattice."""
     cells, phases = grid
     sides = zip(*grid, box.low, box.sides, strict=True)
     lines = [_centres(*side) for side in sides]

@@ -332,8 +332,7 @@ def box_solid(lower: ArrayLike, upper: ArrayLike) -> Solid:
 
 
 def corners_between(low: Array, high: Array) -> Array:
-    """(8, 3) corners of the box between two corners (3,), the lowest first and the
-    highest last."""
+    """(8, 3) corners of a box from two (3,), the lowest first, the highest last."""
     return np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
 
 

@@ -183,8 +183,7 @@ def _sampled(duration: float, rate: float) -> Array:
 
 
 def _from_rest(time: Array) -> tuple[Array, Array, Array]:
-    """A clock that starts smoothly within a second: reading, rate and the rate's
-    derivative (K,)."""
+    """A clock that starts within a second: reading, rate and its derivative (K,)."""
     u = np.clip(time, 0.0, 1.0)
     reading = u**4 * (2.5 - 3.0 * u + u * u) + (time - u)
     return reading, u**3 * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * (u * (1.0 - u)) ** 2

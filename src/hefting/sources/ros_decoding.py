@@ -57,8 +57,7 @@ class RosDecoder:
         self._given = -np.inf
 
     def wants(self, topic: Topic) -> bool:
-        """Whether messages of a topic are wanted; `InputError` where they are and cannot
-        be decoded."""
+        """Whether a topic is wanted; `InputError` if so and it cannot be decoded."""
         if not Collector(self.name, self._named).wants(topic):
             return False
         self._check_schema(topic)

@@ -27,8 +27,7 @@ MOST = 1000
 
 
 class Inbox:
-    """Bounded queue of another thread's messages; `skipped` counts those that do not
-    fit."""
+    """Bounded queue of another thread's messages; `skipped` counts the others."""
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()

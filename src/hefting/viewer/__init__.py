@@ -110,8 +110,7 @@ class Playback:
         return position, orientation  # type: ignore[return-value]
 
     def at(self, name: str) -> Array | None:
-        """Values (N, d) of a stream as logged nearest to each frame; None without such a
-        stream."""
+        """Values (N, d) of a stream nearest to each frame; None without the stream."""
         if not self.recording.has(name):
             return None
         stream = self.recording[name]

@@ -127,8 +127,7 @@ class LiveView:
 
 
 class Intervals:
-    """Plots of the mass with its interval, and of the COM's half-widths, over the time of
-    the stream."""
+    """Plots over time of the mass with interval, and of the COM's half-widths."""
 
     def __init__(self, gui: "GuiApi"):
         self._rows: list[tuple[float, ...]] = []

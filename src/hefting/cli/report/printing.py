@@ -44,8 +44,7 @@ def bare_table() -> Table:
 
 
 def plain_table(first: str, *others: str) -> Table:
-    """A table with these columns and no rows; columns with a name, except the first, are
-    right-aligned."""
+    """A table without rows; named columns, except the first, are right-aligned."""
     table = bare_table()
     table.add_column(first, no_wrap=True)
     for name in others:

@@ -136,8 +136,7 @@ def bounded_members(
 
 
 def _onto_parameters(sides: Array) -> Array:
-    """(9, 9) map of c and S in the unit cube to the first moment and inertia of 1 kg in
-    the box."""
+    """(9, 9) map of c and S in the unit cube to the moments of 1 kg in the box."""
     onto = np.zeros((9, 9))
     onto[:3, :3] = np.diag(sides)
     rows, columns = np.triu_indices(3)

@@ -231,8 +231,7 @@ def _factored(F: Array, precision: Array, left: Array) -> tuple[Array, Array, Ar
 
 
 def _cholesky(M: Array) -> Array:
-    """Cholesky factors (j, 10, 10) of matrices whose eigenvalues are 1 or more, up to
-    rounding."""
+    """Cholesky factors (j, 10, 10) of matrices with eigenvalues of 1 or more."""
     try:
         return np.asarray(np.linalg.cholesky(M), dtype=float)
     except np.linalg.LinAlgError:

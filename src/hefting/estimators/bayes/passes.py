@@ -27,8 +27,7 @@ from hefting.estimators.bayes.prior import Placed, Prior, prior_of
 from hefting.shapes import Shape
 
 SMALLEST_PRIOR_SCALE = 0.2
-"""Lower bound of the prior's mass over the rough mass: it keeps light objects from
-shrinking to zero."""
+"""Lower bound of the prior's mass over the rough mass, against shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound of the prior's mass over the rough mass."""
 UNCHANGED_SCALE = 0.005
@@ -91,8 +90,7 @@ class Pass:
 
     @cached_property
     def center(self) -> Array:
-        """(3,) [m] centre of mass of this posterior; that of the prior if it has hardly
-        any mass."""
+        """(3,) [m] centre of mass; that of the prior if this has hardly any mass."""
         mean = self.mixture.mean
         if not mean[0] > SMALLEST_CENTERED_MASS * self.scale:
             return self.com

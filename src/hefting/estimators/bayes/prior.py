@@ -262,8 +262,7 @@ class Placed:
     """(10, d) change of the parameters of 1 kg by a standard deviation of each mode"""
 
     def most_likely(self, weights: Array, means: Array) -> Array:
-        """(d,) posterior mean of the distortion from the members' weights (j,) and
-        means (j, 10)."""
+        """(d,) posterior mean of the distortion by the members' weights and means."""
         if not len(self.scores):
             return self.scores
         return _most_likely(self.prior, self.effects, weights, means)

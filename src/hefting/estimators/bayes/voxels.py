@@ -125,8 +125,7 @@ def _parameters_of_points(x: Array, own: Array) -> Array:
 
 
 def _cell_box(shape: Shape) -> tuple[Array, Array]:
-    """Axes (3, 3), as columns, and sides (3,) [m] of a box that represents the cell of
-    a point."""
+    """Axes (3, 3), as columns, and sides (3,) [m] of a box for the cell of a point."""
     axes = np.array(shape.pose[:3, :3])
     if shape.cell_inertia is None:
         return axes, np.full(3, _spacing(shape))

@@ -64,8 +64,7 @@ class Layout:
     """begin and end of the bytes that determine the layout"""
 
     def find(self, *endings: str) -> list[str] | None:
-        """The path that ends in each of `endings`, or None unless there is exactly one
-        for each."""
+        """The path that ends in each of `endings`; None unless there is one each."""
         found = []
         for ending in endings:
             paths = [

@@ -156,8 +156,7 @@ class Streams:
             raise InputError(what, f"{self.path}, {topic.topic.name}")
 
     def _warn_about_pose(self, topic: Gathered, frame: str, child: str) -> None:
-        """Warn that the poses' frame on the sensor is unknown, except in bags of this
-        library."""
+        """Warn that the poses' frame is unknown, except in bags of this library."""
         if (frame, self.sensor) == (WORLD, SENSOR):
             return
         of = f" of {child}" if child else ""
