@@ -274,11 +274,8 @@ def locked(folder: Path) -> Generator[None, None, None]:
 
 
 def _opened_lock(path: Path) -> int:
-    """Handle of the file, locked by this process.
-
-    Raises `InputError` when another one has it, and `OSError` when it cannot be
-    written.
-    """
+    """Handle of the file, locked by this process. Raises `InputError` when another one
+    has it, and `OSError` when it cannot be written."""
     while True:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         if not _lock(handle):

@@ -291,9 +291,7 @@ def _range_of(text: str | None) -> tuple[float | None, float | None]:
 
 def _torques_of(a: Any) -> bool | float | list[float]:
     """Whether joint torques are measured, and their noise [N m] where it was given.
-
-    Raises `InputError` without a shape, and for options of a wrench sensor.
-    """
+    Raises `InputError` without a shape, and for options of a wrench sensor."""
     if not a.torques:
         if a.torque_noise is not None:
             what = "is for joint torques"

@@ -205,10 +205,7 @@ def _read_motion(
     problem: Problem, wanted: Array, reading: Reading | None, *, final: bool
 ) -> Reading:
     """The motion at or near the `wanted` times (B,): the given `reading` if it is near
-    enough, else a new one.
-
-    Its mask `known` is that of the wanted times.
-    """
+    enough, else a new one. Its mask `known` is that of the wanted times."""
     path = problem.path
     inside = np.clip(wanted, path.first, path.last)
     largest_step = LARGEST_TAYLOR_STEP[path.smooth][final]

@@ -229,10 +229,8 @@ def _parts(name: str, column: Any) -> dict[str, Any]:
 
 
 def _floats(values: Any) -> Array:
-    """`values` as floats, blanks as NaN, dates in seconds from the first.
-
-    Raises `TypeError` or `ValueError` for values that are no numbers.
-    """
+    """`values` as floats, blanks as NaN, dates in seconds from the first. Raises
+    `TypeError` or `ValueError` for values that are no numbers."""
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         values = values.to_numpy("datetime64[ns]")  # of pandas, with a time zone
     masked = isinstance(values, np.ma.MaskedArray)

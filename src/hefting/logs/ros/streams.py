@@ -318,11 +318,8 @@ class Streams:
             self.series[what] = series.with_values(series.values[:, part])
 
     def _topic(self, role: str) -> Gathered | None:
-        """The topic of a role (a key of `TYPES`), if any.
-
-        Raises `InputError` for several topics of the role, or a named one without usable
-        samples.
-        """
+        """The topic of a role (a key of `TYPES`), if any. Raises `InputError` for
+        several topics of the role, or a named one without usable samples."""
         candidates = [
             topic for topic in self.gathered if topic.role == role and topic.series
         ]
