@@ -105,7 +105,7 @@ def is_immutable(array: NDArray[Any]) -> bool:
     return base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
 
 
-def changed_rows(values: Array) -> Mask:
+def changed_rows(values: NDArray[Any]) -> Mask:
     """(K,) whether each row (K, d) differs from the one before; True for the first."""
     changed = np.ones(len(values), dtype=bool)
     changed[1:] = values[1:, 0] != values[:-1, 0]  # decides most of them

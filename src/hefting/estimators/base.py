@@ -180,8 +180,11 @@ class Estimator:
         """Plain values of the hyperparameters, for an estimate's provenance."""
         names = self.hyperparameters(getattr(self, "model", None))
         values = {name: getattr(self, name) for name in names if name != "bias"}
-        plain = int | float | str | tuple
-        return {name: v for name, v in values.items() if isinstance(v, plain)}
+        return {
+            name: value
+            for name, value in values.items()
+            if isinstance(value, int | float | str | tuple)
+        }
 
     @property
     def rests_on_shape(self) -> bool:
