@@ -1,4 +1,5 @@
-"""Logs: a file a format, which reads a `Recording`; the file name tells the format."""
+"""Logs: one file for each format, which reads a `Recording`; the file name tells the
+format."""
 
 from __future__ import annotations
 
