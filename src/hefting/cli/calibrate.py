@@ -1,4 +1,5 @@
-"""hefting calibrate: an empty gripper's bias and noise, for --tool and --bias."""
+"""hefting calibrate: measure an empty gripper, its bias and noise, for --tool and
+--bias."""
 
 import argparse
 import shlex

@@ -1,4 +1,5 @@
-"""hefting inspect: what a log holds, its conventions, and what can be found from it."""
+"""hefting inspect: say what a log holds, its conventions, and what can be found from
+it."""
 
 import argparse
 

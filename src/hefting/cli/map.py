@@ -1,4 +1,5 @@
-"""hefting map: guess a column map from the names and numbers of a log, to check."""
+"""hefting map: guess a column map from the names and numbers of a log, to be
+checked."""
 
 import argparse
 

@@ -1,4 +1,5 @@
-"""hefting plan: find the next motion, for what is still unknown, within limits."""
+"""hefting plan: find the motion to make next, for what is still unknown, within
+limits."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""Simulation: an arm wields a rigid body; its log as of a robot, and the truth."""
+"""Simulation: an arm wields a rigid body; the log that a robot would write, and the
+truth."""
 
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion, SensorMotion
 from hefting.simulation.faults import (
