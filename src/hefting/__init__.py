@@ -59,8 +59,7 @@ _HOME = {
     "NotIdentifiableError": "core.errors",
     "MissingDependencyError": "core.errors",
 }
-"""Where each public name is; the estimators are those of
-`hefting.estimators.METHODS`."""
+"""Where each public name is; the estimators are in `hefting.estimators.METHODS`."""
 
 _RENAMED = {"PointMasses": "Shape"}
 """Former public names, and what they are now."""

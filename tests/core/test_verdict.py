@@ -25,6 +25,11 @@ def test_errors_outweigh_doubts_and_notes_are_none():
     assert not found.usable
 
 
+def test_the_other_messages_are_those_that_are_no_reasons():
+    late = note("clock-offset", "late")
+    assert verdict_of([DOUBT, late, TURNED]).others((late, DOUBT, TURNED)) == [late]
+
+
 def test_a_warning_without_a_code_gives_doubt():
     found = verdict_of(["something is odd"])
     assert found.level == "usable with care"

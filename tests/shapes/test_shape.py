@@ -23,6 +23,8 @@ def test_positions_alone_are_enough():
     np.testing.assert_allclose(shape.extents, [0.1, 0.2, 0.3])
     np.testing.assert_allclose(shape.homogeneous.center_of_mass, [0.05, 0.1, 0.15])
     np.testing.assert_array_equal(shape.cell_matrix, shape.matrix)
+    np.testing.assert_array_equal(shape.shares, [0.5, 0.5])
+    assert (unequal := replace(shape, volumes=[1.0, 3.0])).shares is unequal.volumes
 
 
 def test_matrix_is_the_sum_of_point_inertias():

@@ -1,5 +1,4 @@
-"""Batch: identify many recordings, keep one row of each, and sum up the run in a
-line."""
+"""Batch: identify many recordings, keep one row of each, and sum up the run."""
 
 import time
 from collections.abc import Callable, Collection, Iterator

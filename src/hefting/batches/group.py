@@ -114,8 +114,7 @@ def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
 
 
 def _hashes(groups: Sequence[Sequence[Entry]], workers: Jobs) -> dict[str, str]:
-    """Joint hash of each object's recordings, by object; empty where one cannot be
-    read."""
+    """Joint hash of each object's recordings, by object; empty if one is unreadable."""
     entries = [entry for group in groups for entry in group]
     found = {entries[k].identity: h for k, h in workers.run(_hash, entries)}
     return {

@@ -50,8 +50,7 @@ T = TypeVar("T")
 OF_SHAPES = ("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3")
 """Options by which a shape is given."""
 SHAPES = 8
-"""Number of shapes that a process keeps, as recordings of one object follow one
-another."""
+"""Number of shapes that a process keeps, as those of one object follow."""
 
 PAUSES = (0.5, 2.0)
 """[s] Waits before the second and the third attempt, for a busy server to answer."""
@@ -264,8 +263,7 @@ def estimate_of(request: SimpleNamespace, log: str, shape: Shape | None) -> Esti
 
 
 def _together(parts: Iterable[Ingested]) -> list[Ingested]:
-    """All parts as a list; each is pickled, which halves its memory, while the others
-    are made."""
+    """All parts as a list; each is pickled meanwhile, which halves its memory."""
     packed = deque(pickle.dumps(part) for part in parts)
     return [pickle.loads(packed.popleft()) for _ in range(len(packed))]
 
@@ -294,10 +292,7 @@ def estimate_of_parts(
 ) -> Estimate:
     """The estimate of one object from all parts."""
     return identify_parts(
-        parts,
-        shape,
-        method=request.method,
-        hyperparameters=hyperparameters_of(request),
+        parts, shape, method=request.method, hyperparameters=hyperparameters_of(request)
     ).estimate
 
 

@@ -180,8 +180,7 @@ class Recordings:
         return [name for name in self._table.column_names if name not in own]
 
     def identities(self) -> Iterator[str]:
-        """Identities of the rows of results, in order, by object where recordings are
-        grouped."""
+        """Identities of the rows of results, in order, by object where grouped."""
         if not self._is_grouped:
             return (entry.identity for entry in self)
         return (self[rows[0]].row_name for rows in self.in_groups())
@@ -276,8 +275,7 @@ def recordings_of(
 
 
 def logs_at(path: Path) -> list[str]:
-    """Paths of the logs in or below a folder, or that match a pattern, sorted; else the
-    path itself."""
+    """Sorted paths of logs in a folder or of a pattern; else the path itself."""
     if path.is_dir():
         return [str(path)] if _is_log(path) else sorted(_logs_below(path))
     if not path.exists() and PATTERN & set(str(path)):
@@ -320,6 +318,5 @@ def _is_result(path: Path) -> bool:
 
 
 def _is_log(folder: Path) -> bool:
-    """Whether a folder is one log: a bag with metadata, not several bags of one file
-    each."""
+    """Whether a folder is one log: a bag with metadata, not several bags."""
     return (folder / METADATA).is_file() and find_format(folder) is not None

@@ -63,8 +63,7 @@ class Results:
             self.write()
 
     def write(self) -> None:
-        """Write the added rows as a part. `InputError` where that fails; no part of
-        them is written then."""
+        """Write the added rows as a part, whole or not at all, else `InputError`."""
         if not self._rows:
             return
         path = self.folder / f"part-{self._next:06d}.parquet"
@@ -223,8 +222,7 @@ def _in_order(files: list[Path], order: Digests) -> "Iterator[pa.Table]":
 
 
 def _ranks(digests: Digests, order: Digests) -> Indices:
-    """(n,) Index of each digest in `order`; the length of `order` for those not in
-    it."""
+    """(n,) Index of each digest in `order`; its length for those not in it."""
     by_digest = np.argsort(order, kind="stable")
     at = np.searchsorted(order, digests, sorter=by_digest)
     at = by_digest[np.minimum(at, len(order) - 1)] if len(order) else at
@@ -276,11 +274,8 @@ def locked(folder: Path) -> Generator[None, None, None]:
 
 
 def _opened_lock(path: Path) -> int:
-    """Handle of the file, locked by this process.
-
-    Raises `InputError` when another one has it, and `OSError` when it cannot be
-    written.
-    """
+    """Handle of the file, locked by this process. Raises `InputError` when another one
+    has it, and `OSError` when it cannot be written."""
     while True:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         if not lock(handle):

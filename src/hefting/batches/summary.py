@@ -127,11 +127,9 @@ class Summary:
     reasons: tuple[Reason, ...]
     """Errors of the rows that failed, the most frequent first."""
     left_out: tuple[Reason, ...]
-    """Errors of recordings that were left out of objects with other recordings, the
-    most frequent first."""
+    """Errors of recordings left out of objects with others, the most frequent first."""
     doubts: dict[str, int]
-    """Number of rows by code of a message that puts them in doubt, the most frequent
-    first."""
+    """Rows by code of a message that puts them in doubt, the most frequent first."""
     doubt_texts: dict[str, str]
     """Text of such a message in one of the rows, by code."""
     residuals: Array

@@ -228,8 +228,7 @@ def spell_out_signs() -> None:
 
 
 def _drop_output() -> None:
-    """Discard the rest of standard output, so that Python does not try to print it at
-    its end."""
+    """Discard the rest of standard output, which Python would print at its end."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

@@ -129,8 +129,7 @@ def _check_report(a: argparse.Namespace) -> None:
 
 @contextmanager
 def _bar(quiet: bool) -> "Generator[Callable[[Progress], None], None, None]":
-    """Shows recordings done, rate and time left on standard error, if that is a
-    terminal."""
+    """Shows recordings done, rate and time left on standard error if a terminal."""
     if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield lambda progress: None
         return

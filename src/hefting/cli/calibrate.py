@@ -51,8 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identify the empty gripper, save it, and print how to use it; returns the exit
-    status."""
+    """Identify the gripper, save it, print how to use it; returns the exit status."""
     from hefting.cli.report import exit_status
     from hefting.cli.report.estimate import Line, estimate_report, print_lines
     from hefting.identification.identify import calibration

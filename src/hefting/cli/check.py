@@ -56,6 +56,5 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _shown(diff: str) -> str:
-    """The diff without signs that control a terminal, which XML allows; tabs and line
-    ends stay."""
+    """The diff without signs that control a terminal, but for tabs and line ends."""
     return re.sub(r"(?:[^\n\t\r]|\r(?!\n))+", lambda text: printable(text[0]), diff)

@@ -7,10 +7,7 @@ from hefting.cli.options import add_json, read_estimate
 from hefting.cli.outputs import print_object
 from hefting.core.errors import InputError
 
-EXAMPLES = (
-    "hefting compare monday.json tuesday.json",
-    "hefting compare *.json --json",
-)
+EXAMPLES = ("hefting compare monday.json tuesday.json", "hefting compare *.json --json")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

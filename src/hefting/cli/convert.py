@@ -63,7 +63,6 @@ def _refuse_shape(a: argparse.Namespace) -> None:
 
 
 def _run_plain(a: argparse.Namespace) -> None:
-    """Write the recording alone."""
     from hefting.logs import check_output as check_format
     from hefting.logs import write_log
     from hefting.logs.registry import find_writer

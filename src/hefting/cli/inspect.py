@@ -47,11 +47,7 @@ def run(arguments: argparse.Namespace) -> None:
     check_report(a)
     with progress("inspecting", a.json):
         found = inspect(
-            read_recording(a),
-            gravity_of(a),
-            a.tool,
-            start=a.start,
-            duration=a.duration,
+            read_recording(a), gravity_of(a), a.tool, start=a.start, duration=a.duration
         )
         page = None
         if a.report is not None:

@@ -6,10 +6,7 @@ import argparse
 from hefting.cli.parser import say
 from hefting.cli.standard_input import input_file
 
-EXAMPLES = (
-    "hefting map log.csv > map.toml",
-    "hefting inspect log.csv --map map.toml",
-)
+EXAMPLES = ("hefting map log.csv > map.toml", "hefting inspect log.csv --map map.toml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

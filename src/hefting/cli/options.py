@@ -52,10 +52,7 @@ def add_verbose(
 ) -> None:
     """Option on details."""
     parser.add_argument(
-        "-v",
-        "--verbose",
-        action="store_true",
-        help=f"also print {what}",
+        "-v", "--verbose", action="store_true", help=f"also print {what}"
     )
 
 
@@ -74,10 +71,7 @@ def add_output(
 ) -> None:
     """Option on files to write."""
     action = parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
+        "--output", metavar="FILE", action="append", default=[]
     )
     # argparse formats help with the attributes of the action, from 3.14 on when it is
     # added, too

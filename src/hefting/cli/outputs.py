@@ -35,8 +35,7 @@ STATUS_NOT_WRITTEN = 2
 
 
 def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
-    """The outputs to write; those that must not be written are named on standard
-    error."""
+    """The outputs to write; those that must not be are named on standard error."""
     if not a.output:
         return []
     from hefting.export import REGISTRY, SUFFIXES

@@ -34,7 +34,6 @@ EXAMPLES = (
     "hefting plan --urdf arm.urdf --tip flange --estimate now.json --quick",
 )
 PLAYER = ".html"
-"""Suffix of a page that plays the motion."""
 RATE = 100.0
 """[Hz] Default rate of the samples that will be recorded."""
 
@@ -91,7 +90,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_limits(group: argparse._ActionsContainer) -> None:
-    """Options on the limits of the motion."""
     add_number(
         group,
         "--speed",
@@ -121,7 +119,6 @@ def _add_limits(group: argparse._ActionsContainer) -> None:
 
 
 def _add_sensor(group: argparse._ActionsContainer) -> None:
-    """Options on the sensor."""
     group.add_argument(
         "--sensor-noise",
         metavar="FORCE,TORQUE",
@@ -294,9 +291,7 @@ def _range_of(text: str | None) -> tuple[float | None, float | None]:
 
 def _torques_of(a: Any) -> bool | float | list[float]:
     """Whether joint torques are measured, and their noise [N m] where it was given.
-
-    Raises `InputError` without a shape, and for options of a wrench sensor.
-    """
+    Raises `InputError` without a shape, and for options of a wrench sensor."""
     if not a.torques:
         if a.torque_noise is not None:
             what = "is for joint torques"

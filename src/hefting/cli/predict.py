@@ -49,9 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, "TRAJECTORY", "planned or recorded motion, with or without a wrench"
     )
     log.add_argument(
-        "--gravity",
-        metavar="X,Y,Z",
-        help=f"in world axes [m/s²]; default {GRAVITY}",
+        "--gravity", metavar="X,Y,Z", help=f"in world axes [m/s²]; default {GRAVITY}"
     )
     add_place(log)
     add_tool(log, "the sensor bears this gripper as well")
@@ -65,8 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Predict, write the outputs, and print peaks and extremes; returns the exit
-    status."""
+    """Predict, write outputs, and print peaks and extremes; returns the exit status."""
     from hefting.cli.report import exit_status
     from hefting.plots.style import FORMATS
     from hefting.prediction import predict

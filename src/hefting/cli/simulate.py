@@ -106,9 +106,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of the wrench; or the size of its force, in a random direction",
     )
     fault.add_argument(
-        "--drift",
-        metavar="N|FX,FY,FZ,TX,TY,TZ",
-        help="of the bias over the recording",
+        "--drift", metavar="N|FX,FY,FZ,TX,TY,TZ", help="of the bias over the recording"
     )
     fault.add_argument(
         "--drift-kind",

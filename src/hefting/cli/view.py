@@ -107,11 +107,8 @@ def run(arguments: argparse.Namespace) -> None:
             viewer.close()
 
 
-def _session(
-    a: argparse.Namespace,
-) -> "tuple[Session, Playback, Recording, Settings]":
-    """The session with its recording, before and after ingest, and the first
-    settings."""
+def _session(a: argparse.Namespace) -> "tuple[Session, Playback, Recording, Settings]":
+    """The session with its recording, before and after ingest, and first settings."""
     from hefting.identification.truth import load_truth
     from hefting.ingest.ingest import ingest
     from hefting.request.settings import reading_of

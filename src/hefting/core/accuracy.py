@@ -18,8 +18,7 @@ NAMES = {"mass": "mass", "com": "center_of_mass", "inertia": "inertia"}
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Limits of three errors; None for one that does not matter, infinite for one that
-    is open."""
+    """Limits of three errors; None for one that does not matter, infinite if open."""
 
     mass: float | None = None
     """|dm| / m"""
@@ -31,10 +30,8 @@ class Accuracy:
     def __post_init__(self):
         limits = [limit for limit in asdict(self).values() if limit is not None]
         if not limits or not all(limit > 0.0 for limit in limits):
-            raise InputError(
-                "an accuracy is one or more positive limits",
-                fix="as in mass=1%,com=2mm,inertia=20%",
-            )
+            what = "an accuracy is one or more positive limits"
+            raise InputError(what, fix="as in mass=1%,com=2mm,inertia=20%")
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -85,8 +82,7 @@ class Accuracy:
         return all(self._share(name, claimed) <= 1.0 for name in NAMES.values())
 
     def shortfall(self, claimed: "Accuracy") -> str:
-        """The errors of `claimed` that are too large, in words; empty if there are
-        none."""
+        """The errors of `claimed` that are too large, in words; empty for none."""
         lacking = [name for name in NAMES.values() if self._share(name, claimed) > 1.0]
         return " and ".join(
             f"the {_WORDS[name]} is {self._lack(name, getattr(claimed, name))}"
@@ -129,11 +125,9 @@ _ENTRIES = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
 def _shown(name: str, value: float, digits: int = 3) -> str:
     if np.isinf(value):
         return "open"
-    return (
-        f"{1e3 * value:.{digits}g}mm"
-        if name == "center_of_mass"
-        else f"{100.0 * value:.{digits}g}%"
-    )
+    if name == "center_of_mass":
+        return f"{1e3 * value:.{digits}g}mm"
+    return f"{100.0 * value:.{digits}g}%"
 
 
 def _about_com(vectors: Array) -> Array:

@@ -35,10 +35,8 @@ class Covariance(NamedTuple):
         open_ = np.isinf(covariance.diagonal())
         known = np.where(open_ | open_[:, None], 0.0, covariance)
         if not np.isfinite(known).all() or (covariance.diagonal() < 0.0).any():
-            raise InputError(
-                "the estimate's covariance has a negative or missing variance",
-                fix="identify it again",
-            )
+            what = "the estimate's covariance has a negative or missing variance"
+            raise InputError(what, fix="identify it again")
         size = np.where(known.diagonal() > 0.0, np.sqrt(known.diagonal()), 1.0)
         scaled = known / size / size[:, None]
         values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
@@ -46,10 +44,8 @@ class Covariance(NamedTuple):
             values[0] < -NEGATIVE * max(values[-1], 1.0)
             or np.abs(scaled - scaled.T).max() > NEGATIVE
         ):
-            raise InputError(
-                "the estimate's covariance is not one: not symmetric or not positive",
-                fix="identify it again",
-            )
+            what = "the estimate's covariance is not one: not symmetric or not positive"
+            raise InputError(what, fix="identify it again")
         vectors[known.diagonal() == 0.0] = 0.0  # they are zero up to rounding
         return cls(size, np.maximum(values, 0.0), vectors, open_)
 

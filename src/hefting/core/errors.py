@@ -1,5 +1,4 @@
-"""Errors: one root class, messages of one line: what is wrong, where, and what to
-do."""
+"""Errors: one root class, one-line messages: what is wrong, where, and what to do."""
 
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager

@@ -90,8 +90,7 @@ class Estimate(Shown):
     warnings: tuple[str, ...] = ()
     """What the user should know before trusting it."""
     provenance: dict[str, Any] = field(default_factory=dict[str, Any])
-    """What was read and assumed: log, gravity, wrench sign, bias, motion,
-    hyperparameters."""
+    """Read and assumed: log, gravity, wrench sign, bias, motion, hyperparameters."""
 
     def __post_init__(self):
         freeze(self, "covariance", "bias", "point_masses", "residual")
@@ -101,8 +100,7 @@ class Estimate(Shown):
             object.__setattr__(self, "undetermined", found)
 
     def _ends(self) -> dict[str, Array] | None:
-        """Ends of the intervals; without them, for an infinite covariance, by its
-        deviations."""
+        """Ends of the intervals; else of an infinite covariance by its deviations."""
         if self.intervals is not None or self.covariance is None:
             return self.intervals
         std = self.std if np.isinf(self.covariance.diagonal()).any() else None
@@ -189,8 +187,7 @@ class Estimate(Shown):
 
     @property
     def _warnings_and_mass(self) -> tuple[str, ...]:
-        """The warnings, with one of an undetermined mass, which estimators do not
-        give."""
+        """The warnings, with one of an undetermined mass, not given by estimators."""
         said = undetermined_mass(self.mass, self.intervals)
         if said is None or not verdict_of(self.warnings).usable:
             return self.warnings
@@ -216,8 +213,7 @@ class Estimate(Shown):
 
     @property
     def physically_consistent(self) -> bool:
-        """Whether a body with these parameters, and inside the shape if it is known,
-        can exist."""
+        """Whether a body with these parameters, inside a known shape, can exist."""
         return self.consistency.is_consistent
 
     @property
@@ -241,8 +237,7 @@ class Estimate(Shown):
         }
 
     def to_dict(self) -> dict[str, Any]:
-        """The estimate as JSON-ready values; keys as documented for ``hefting identify
-        --json``."""
+        """The estimate as JSON-ready values; keys as of ``hefting identify --json``."""
         p, certificate = self.parameters, self.certificate
         notes = (
             note
@@ -328,10 +323,10 @@ class Estimate(Shown):
             AttributeError,
             OverflowError,
         ) as error:
-            raise InputError(
-                f"is not a whole estimate ({type(error).__name__}: {str(error)[:120]})",
-                where=path,
-            ) from error
+            what = (
+                f"is not a whole estimate ({type(error).__name__}: {str(error)[:120]})"
+            )
+            raise InputError(what, where=path) from error
 
 
 class Answered(Protocol):
@@ -347,10 +342,8 @@ def estimate_of(given: Estimate | Answered) -> Estimate:
     """The estimate itself, or that of a result; `InputError` for anything else."""
     estimate = getattr(given, "estimate", given)
     if not isinstance(estimate, Estimate):
-        raise InputError(
-            f"{type(given).__name__} is no estimate",
-            fix="give what hefting.identify returns, or hefting.Estimate.load(path)",
-        )
+        fix = "give what hefting.identify returns, or hefting.Estimate.load(path)"
+        raise InputError(f"{type(given).__name__} is no estimate", fix=fix)
     return estimate
 
 
@@ -362,8 +355,7 @@ def estimate_given(given: Estimate | Answered | str | Path) -> Estimate:
 
 
 def doubts_of(estimate: Estimate) -> Iterator[Message]:
-    """The gravest reason of an estimate's verdict, as a warning for what is made from
-    it."""
+    """An estimate's gravest reason, as a warning for what is made from it."""
     if estimate.verdict.reasons:
         first = estimate.verdict.reasons[0]
         say = warning if estimate.verdict.usable else error

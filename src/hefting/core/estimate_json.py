@@ -138,8 +138,7 @@ def json_ready(value: Any) -> Any:
 
 
 def _array(data: Json, name: str, *shape: int | None) -> Array | None:
-    """The array `name`, of a shape in which None is any length; None if it is
-    missing."""
+    """The array `name`, of a shape in which None is any length; None if missing."""
     values = _shaped(data, name, *shape)
     if values is not None and not np.isfinite(values).all():
         raise ValueError(f"{name} holds what is no number")
@@ -257,8 +256,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
-    """Provenance with the codes of its notes; `ValueError` if they are no list of
-    texts."""
+    """Provenance with the codes of its notes; `ValueError` for no list of texts."""
     provenance = dict(data)
     if "notes" in provenance:
         found: Any = provenance["notes"]

@@ -12,8 +12,7 @@ from typing import Any, BinaryIO
 from hefting.core.errors import InputError
 
 MAX_JSON = 40_000_000
-"""Largest JSON file that is read [bytes]: an estimate with a million point masses
-fits."""
+"""Largest JSON file that is read [bytes]: one of a million point masses fits."""
 
 MAX_LISTS = 1_000_000
 """Largest number of lists and objects in a JSON file that is read: an empty one takes
@@ -24,11 +23,9 @@ MAX_BYTES = 2 * 1024**3
 needs far less."""
 
 MAX_XML = 16 * 2**20
-"""Largest XML file that is read [bytes]; robot descriptions are thousands of times
-smaller."""
+"""Largest XML file that is read [bytes]; URDFs are thousands of times smaller."""
 
 MAX_DEPTH = 10_000
-"""Deepest nesting of XML elements that is read."""
 
 TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
 """A tag with its attributes, whose values may contain the character that ends a tag."""
@@ -50,11 +47,8 @@ def check_readable(path: str | Path) -> None:
     except (OSError, ValueError):
         return  # reading the path raises the error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        raise InputError(
-            "is a pipe or a device, not a file",
-            path,
-            "write it to a file first",
-        )
+        what = "is a pipe or a device, not a file"
+        raise InputError(what, path, "write it to a file first")
 
 
 def check_size(path: str | Path, largest: float | None = None) -> None:
@@ -68,11 +62,8 @@ def check_size(path: str | Path, largest: float | None = None) -> None:
     if size == 0:
         raise InputError("the file is empty", where=path)
     if size > (MAX_BYTES if largest is None else largest):
-        raise InputError(
-            f"the file has {size / 1e9:.1f} GB, more than 2 GiB",
-            path,
-            "cut out the part of interest",
-        )
+        what = f"the file has {size / 1e9:.1f} GB, more than 2 GiB"
+        raise InputError(what, path, "cut out the part of interest")
 
 
 def _read(path: str | Path, largest: int, kind: str) -> bytes:
@@ -147,11 +138,8 @@ def parse_xml(
             end(tag, parser.CurrentByteIndex, inside)
 
     def refuse_doctype(*_):
-        raise InputError(
-            "has a document type declaration, which is refused",
-            where=path,
-            fix="remove the DOCTYPE",
-        )
+        what = "has a document type declaration, which is refused"
+        raise InputError(what, where=path, fix="remove the DOCTYPE")
 
     parser.StartElementHandler, parser.EndElementHandler = start_element, end_element
     parser.StartDoctypeDeclHandler = refuse_doctype
@@ -162,13 +150,9 @@ def parse_xml(
 
 
 def is_xacro(path: str | Path, kind: str = "URDF") -> InputError:
-    """The error of a robot description of a `kind` whose macros have not been
-    expanded."""
-    return InputError(
-        f"is xacro, not {kind}",
-        where=path,
-        fix=f"expand it first: xacro robot.xacro > robot.{kind.lower()}",
-    )
+    """The error of a robot description of a `kind` whose macros are not expanded."""
+    fix = f"expand it first: xacro robot.xacro > robot.{kind.lower()}"
+    return InputError(f"is xacro, not {kind}", where=path, fix=fix)
 
 
 def check_no_xacro(tag: str, path: str | Path, kind: str = "URDF") -> None:

@@ -124,16 +124,12 @@ def normal_gravity(latitude: float, altitude: float = 0.0) -> float:
     Raises `InputError` for a latitude beyond 90° and an altitude outside `ALTITUDES`.
     """
     if not abs(latitude) <= 90.0:
-        raise InputError(
-            f"a latitude of {latitude:g}° is not on the Earth",
-            fix="give degrees from -90 (south) to 90",
-        )
+        what = f"a latitude of {latitude:g}° is not on the Earth"
+        raise InputError(what, fix="give degrees from -90 (south) to 90")
     low, high = ALTITUDES
     if not low <= altitude <= high:
-        raise InputError(
-            f"an altitude of {altitude:g} m is not on the ground",
-            fix=f"give metres from {low:g} to {high:g}",
-        )
+        what = f"an altitude of {altitude:g} m is not on the ground"
+        raise InputError(what, fix=f"give metres from {low:g} to {high:g}")
     square = float(np.sin(np.radians(latitude)) ** 2)
     on_ellipsoid = (
         EQUATORIAL_GRAVITY

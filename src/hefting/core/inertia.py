@@ -1,5 +1,4 @@
-"""Inertial parameters of a rigid body: conversions, frame moves, sums and physical
-consistency."""
+"""Inertial parameters of a rigid body: conversions, frames, sums and consistency."""
 
 from __future__ import annotations
 
@@ -62,11 +61,9 @@ class Consistency:
 
     def __str__(self) -> str:
         name = self.violated
-        return (
-            "consistent"
-            if name is None
-            else f"{EXPLANATIONS[name]} (margin {self.margins[name]:.3g})"
-        )
+        if name is None:
+            return "consistent"
+        return f"{EXPLANATIONS[name]} (margin {self.margins[name]:.3g})"
 
 
 TOLERANCE = 1e-9

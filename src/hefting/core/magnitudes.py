@@ -33,8 +33,7 @@ is one, in the units of `hefting.core.recording.Recording`. Wrenches in millinew
 or in a geographic projection are below."""
 
 LARGEST_TIME = 1e12
-"""Largest absolute time of a sample [s]: some 30,000 years; times since 1970 are
-1.7e9."""
+"""Largest absolute time of a sample [s]: 30,000 years; times since 1970 are 1.7e9."""
 
 SMALLEST_INTERVAL = 1e-12
 """Smallest time between two samples of a stream [s]; sensors take 1e-5 s at least."""
@@ -70,8 +69,7 @@ units: beyond the square of `LARGEST_PARAMETER`."""
 
 
 def too_large(values: NDArray[Any], largest: float) -> bool:
-    """Whether an absolute value is above `largest`; `values` are finite and not
-    empty."""
+    """Whether an absolute value is above `largest`; `values` are finite, not empty."""
     return bool(values.max() > largest or values.min() < -largest)
 
 

@@ -47,26 +47,21 @@ class MassReading:
     """[kg] standard deviation. The accuracy that a scale's maker states, a limit of its
     errors, will do: the intervals then are wider than need be."""
     assumed: bool = False
-    """Whether no deviation was given, so that the reading is taken to be right to its
-    last digit."""
+    """Whether no deviation was given: the reading counts as right to its last digit."""
 
     def __post_init__(self):
         try:
             mass, std = float(self.mass), float(self.std)
         except (TypeError, ValueError):
-            raise InputError(
-                f"a scale's reading is two numbers [kg], not {self.mass}, {self.std}",
-                fix=f"as in {EXAMPLE}, or (0.512, 0.001)",
-            ) from None
+            what = f"a scale's reading is two numbers [kg], not {self.mass}, {self.std}"
+            raise InputError(what, fix=f"as in {EXAMPLE}, or (0.512, 0.001)") from None
         if not SMALLEST_MASS <= mass <= LARGEST_MASS:
             raise InputError(
                 f"no scale shows {mass:g} kg", fix=f"a mass in kg, as in {EXAMPLE}"
             )
         if not std >= SMALLEST_SHARE * mass:
-            raise InputError(
-                f"no scale shows {mass:g} kg with an accuracy of {std:g} kg",
-                fix=f"give its accuracy, as in {EXAMPLE}",
-            )
+            what = f"no scale shows {mass:g} kg with an accuracy of {std:g} kg"
+            raise InputError(what, fix=f"give its accuracy, as in {EXAMPLE}")
         if not std < mass:
             what = "its last digit" if self.assumed else "its deviation"
             raise InputError(
@@ -89,10 +84,9 @@ class MassReading:
         try:
             mass, std = value
         except (TypeError, ValueError):
-            raise InputError(
-                f"a scale's reading is a mass and its deviation [kg], not {value}",
-                fix=f"as in '{EXAMPLE}', or (0.512, 0.001)",
-            ) from None
+            what = f"a scale's reading is a mass and its deviation [kg], not {value}"
+            fix = f"as in '{EXAMPLE}', or (0.512, 0.001)"
+            raise InputError(what, fix=fix) from None
         return cls(mass, std)
 
     @classmethod
@@ -124,8 +118,7 @@ class MassReading:
 
 
 def _kilograms(number: str, unit: str, text: str) -> float:
-    """A number with a unit in kg; `InputError` of the whole `text` unless it is a
-    mass."""
+    """A number with a unit in kg; `InputError` of the whole `text` unless a mass."""
     try:
         return quantity(number + unit, "mass")
     except InputError:
@@ -133,7 +126,5 @@ def _kilograms(number: str, unit: str, text: str) -> float:
 
 
 def _no_reading(text: str) -> InputError:
-    return InputError(
-        f"'{text[:60]}' is not a scale's reading",
-        fix=f"as in {EXAMPLE} or 512g+-1g: kg, g, lb or oz",
-    )
+    what = f"'{text[:60]}' is not a scale's reading"
+    return InputError(what, fix=f"as in {EXAMPLE} or 512g+-1g: kg, g, lb or oz")

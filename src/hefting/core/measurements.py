@@ -57,10 +57,8 @@ class MotionNoise:
         for name in ("linear", "angular", "memory"):
             value = getattr(self, name)
             if not (isinstance(value, int | float) and 0.0 <= value < np.inf):
-                raise InputError(
-                    f"is {value}, not finite and at least 0",
-                    where=f"MotionNoise.{name}",
-                )
+                what = f"is {value}, not finite and at least 0"
+                raise InputError(what, where=f"MotionNoise.{name}")
 
 
 NOISE_LEVELS = {
@@ -136,17 +134,13 @@ class Measurements:
                 count = len(array)
             shape = (count, 3) if dimensions == 2 else (count,)
             if array.shape != shape:
-                raise InputError(
-                    f"has shape {array.shape}, expected {shape}",
-                    where=f"Measurements.{name}",
-                )
+                what = f"has shape {array.shape}, expected {shape}"
+                raise InputError(what, where=f"Measurements.{name}")
             if not isfinite(np.vdot(array, array)):  # quick; squares may overflow
                 rows = np.argwhere(~np.isfinite(array))
                 if len(rows):
-                    raise InputError(
-                        f"sample {int(rows[0][0])} is not finite",
-                        where=f"Measurements.{name}",
-                    )
+                    what = f"sample {int(rows[0][0])} is not finite"
+                    raise InputError(what, where=f"Measurements.{name}")
         if self.weights is not None and (self.weights < 0.0).any():
             raise InputError("a weight is negative", where="Measurements.weights")
 

@@ -172,6 +172,10 @@ class Verdict:
         """Whether it may be used at all."""
         return self.level != "do not use"
 
+    def others(self, messages: Iterable[str]) -> list[str]:
+        """The messages that are none of its reasons."""
+        return [each for each in messages if each not in self.reasons]
+
 
 def verdict_of(messages: Iterable[str]) -> Verdict:
     """Verdict from an estimate's messages; those without a code give doubt."""

@@ -1,5 +1,4 @@
-"""Plain ASCII text for programs of controllers, and terminals and pipes of other
-encodings."""
+"""Plain ASCII text for controllers, and terminals and pipes of other encodings."""
 
 import unicodedata
 
@@ -12,8 +11,7 @@ PLAIN = str.maketrans(
 
 
 def ascii_of(text: str) -> str:
-    """`text` in ASCII: letters without accents, raised digits as digits, other
-    characters left out."""
+    """`text` in ASCII: letters without accents, raised digits as digits, no others."""
     decomposed = unicodedata.normalize("NFKD", text.translate(PLAIN))
     return decomposed.encode("ascii", "ignore").decode()
 

@@ -12,8 +12,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 Listener = Callable[[str, float | None], None]
-"""Called with the stage in words and the share of it that is done (0 to 1), None if
-unknown."""
+"""Called with the stage in words and the share of it done (0 to 1), None if unknown."""
 
 _listener: ContextVar[Listener | None] = ContextVar("progress", default=None)
 

@@ -47,8 +47,7 @@ def quantity(text: str, kind: Kind) -> float:
 
 
 def numbers(text: str, count: int, option: str) -> list[float]:
-    """`count` finite numbers separated by commas; `InputError` names the option
-    otherwise."""
+    """`count` finite numbers between commas; else `InputError` names the option."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
@@ -63,15 +62,11 @@ def numbers(text: str, count: int, option: str) -> list[float]:
 def quantities(
     text: str, kinds: Sequence[Kind], option: str, example: str
 ) -> tuple[float, ...]:
-    """Numbers with units separated by commas, in SI units; `InputError` names the
-    option otherwise."""
+    """Numbers with units separated by commas, in SI units; `InputError` for others."""
     parts = text.split(",")
     if len(parts) != len(kinds):
-        raise InputError(
-            f"'{text}' is not {len(kinds)} numbers with units",
-            where=option,
-            fix=f"as in {example}",
-        )
+        what = f"'{text}' is not {len(kinds)} numbers with units"
+        raise InputError(what, where=option, fix=f"as in {example}")
     try:
         return tuple(
             quantity(part, kind) for part, kind in zip(parts, kinds, strict=True)

@@ -1,5 +1,4 @@
-"""Recording: the contents of a log as streams with their own clocks, without
-interpolation."""
+"""Recording: a log as streams with their own clocks, without interpolation."""
 
 from __future__ import annotations
 
@@ -11,12 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.magnitudes import (
-    LARGEST,
-    LARGEST_TIME,
-    SMALLEST_INTERVAL,
-    too_large,
-)
+from hefting.core.magnitudes import LARGEST, LARGEST_TIME, SMALLEST_INTERVAL, too_large
 from hefting.core.spatial import (
     CHUNK,
     WRENCH,
@@ -72,8 +66,7 @@ def parts(count: int) -> Iterator[slice]:
 BLOCK_DURATION = 0.01
 """[s] Duration of a block of samples, short beside an arm's motion."""
 FEWEST_SAMPLES_PER_BLOCK = 3
-"""Smallest average number of samples in a block; with slower sensors each sample is a
-block."""
+"""Smallest average number of samples in a block; slower sensors' samples are blocks."""
 
 
 def block_starts(time: Array) -> Indices | None:
@@ -93,11 +86,9 @@ def block_starts(time: Array) -> Indices | None:
 def column_names(stream: str, width: int) -> tuple[str, ...]:
     """Names of the `width` columns of a stream."""
     names = COLUMNS[stream]
-    return (
-        tuple(f"{names[0]}{i}" for i in range(1, width + 1))
-        if stream in JOINT_STREAMS
-        else names
-    )
+    if stream in JOINT_STREAMS:
+        return tuple(f"{names[0]}{i}" for i in range(1, width + 1))
+    return names
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,25 +196,20 @@ class Recording:
     joint_names: tuple[str, ...] = ()
     """Names of the joint columns in order, if the log has them."""
     sensor_pose: Array | None = None
-    """(4, 4) pose of the sensor in the logged frame [m], if it was given and applied to
-    the poses."""
+    """(4, 4) pose of the sensor in the logged frame [m], if applied to the poses."""
     angles: Stream | None = None
     """(N, 3) orientation as logged, if by three angles [rad]."""
 
     def __post_init__(self):
         given = self.streams.values() if isinstance(self.streams, Mapping) else [None]
         if not all(isinstance(stream, Stream) for stream in given):
-            raise InputError(
-                "streams must be a dictionary of hefting.Stream by name",
-                where=self.source,
-                fix="hefting.as_recording takes arrays",
-            )
+            what = "streams must be a dictionary of hefting.Stream by name"
+            fix = "hefting.as_recording takes arrays"
+            raise InputError(what, where=self.source, fix=fix)
         for name in self.streams:
             if name not in COLUMNS:
-                raise InputError(
-                    f"unknown stream '{name}'{nearest(name, COLUMNS)}",
-                    where=self.source,
-                )
+                what = f"unknown stream '{name}'{nearest(name, COLUMNS)}"
+                raise InputError(what, where=self.source)
         if not self.streams:
             raise InputError("there are no samples", where=self.source)
         streams = {name: self.streams[name] for name in COLUMNS if name in self.streams}
@@ -241,19 +227,17 @@ class Recording:
                 where=self.source,
             )
         if self.joint_names and widths and {len(self.joint_names)} != widths:
-            raise InputError(
-                f"{len(self.joint_names)} joint names for {widths.pop()} joint columns",
-                where=self.source,
+            what = (
+                f"{len(self.joint_names)} joint names for {widths.pop()} joint columns"
             )
+            raise InputError(what, where=self.source)
         object.__setattr__(self, "streams", streams)
 
     def _check(self, name: str, stream: Stream) -> None:
         columns = column_names(name, stream.values.shape[1])
         if stream.values.shape[1] != len(columns):
-            raise InputError(
-                f"has {stream.values.shape[1]} columns, not {len(columns)}",
-                f"{self.source}, {name}",
-            )
+            what = f"has {stream.values.shape[1]} columns, not {len(columns)}"
+            raise InputError(what, f"{self.source}, {name}")
         self._check_values(stream, ("time",), stream.time[:, None], LARGEST_TIME)
         self._check_values(stream, columns, stream.values, LARGEST.get(name, np.inf))
         forward = stream.time[1:] - stream.time[:-1] >= SMALLEST_INTERVAL
@@ -293,11 +277,9 @@ class Recording:
         off = np.abs(norm - 1)
         if off.max() > 1e-2:
             k = np.argmax(off > 1e-2)
-            raise InputError(
-                f"the quaternion qx qy qz qw has norm {norm[k]:.4g}, not 1",
-                where=f"{self.source}, row {orientation.rows[k]}, columns qx..qw",
-                fix="give unit quaternions, w last",
-            )
+            what = f"the quaternion qx qy qz qw has norm {norm[k]:.4g}, not 1"
+            where = f"{self.source}, row {orientation.rows[k]}, columns qx..qw"
+            raise InputError(what, where=where, fix="give unit quaternions, w last")
         norm[off < 1e-15] = 1.0  # already normalised: leave its bits alone
         if (norm == 1.0).all():
             return orientation
@@ -380,8 +362,6 @@ class Recording:
             if last > first:
                 kept[name] = stream[first:last]
         if not kept:
-            raise InputError(
-                f"no sample from {start:g} s on; it lasts {self.duration:g} s",
-                where=self.source,
-            )
+            what = f"no sample from {start:g} s on; it lasts {self.duration:g} s"
+            raise InputError(what, where=self.source)
         return replace(self, streams=kept)

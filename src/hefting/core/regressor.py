@@ -62,8 +62,7 @@ REDUCED_MAP = np.ascontiguousarray(-_full_map()[:3].reshape(3, 60))
 
 
 def features(measurements: Measurements) -> Array:
-    """Features (K, 22) of K samples, column-major; rows are scaled by the root of the
-    sample's weight."""
+    """Features (K, 22) of K samples, column-major, scaled by the root of the weight."""
     z = measurements
     x = np.empty((len(z), FEATURES), order="F")
     _write_motion(z, x)
@@ -77,8 +76,7 @@ def features(measurements: Measurements) -> Array:
 
 
 def motion_features(measurements: Measurements) -> Array:
-    """The first twelve features (K, 12), of the motion alone and without the samples'
-    weights."""
+    """The first twelve features (K, 12), of the motion alone, without weights."""
     x = np.empty((len(measurements), 12), order="F")
     _write_motion(measurements, x)
     return x
@@ -103,14 +101,12 @@ def reduced_rows(x: Array) -> Array:
 
 
 def full_regressor(measurements: Measurements) -> Array:
-    """Full Newton-Euler regressors (K, 6, 10): wrench = regressor @ parameter
-    vector."""
+    """Full Newton-Euler regressors (K, 6, 10): wrench = regressor @ parameters."""
     return full_rows(features(measurements))
 
 
 def reduced_regressor(measurements: Measurements) -> Array:
-    """Gravity-only regressors (K, 6, 10) (Nadeau et al. 2022, eq. 7, with its force
-    rows)."""
+    """Gravity-only regressors (K, 6, 10) (Nadeau et al. 2022, eq. 7 and force rows)."""
     return reduced_rows(features(measurements))
 
 

@@ -42,8 +42,7 @@ class Sheet:
     of_full_scale: float | None = None
     """limit of the errors over the range; None if it is not stated"""
     absolute: tuple[float, float] | None = None
-    """limits of the errors of force [N] and torque [N m]; None if they are not
-    stated"""
+    """limits of the errors of force [N] and torque [N m]; None if not stated"""
     remark: str = ""
     """where to find the accuracy, if not here"""
 
@@ -54,8 +53,7 @@ class Sheet:
 
 
 def sheet_name(text: str) -> str:
-    """A sensor's name in the spelling of `SHEETS`: lower case, without spaces, hyphens
-    and marks."""
+    """A sensor's name as in `SHEETS`: lower case, without spaces, hyphens and marks."""
     return "".join(letter for letter in text.lower() if letter.isalnum())
 
 
@@ -140,15 +138,13 @@ class SensorAccuracy:
     """
 
     share: float = 0.0
-    """of gain, over the reading of a channel; cross-talk goes with it
-    (`channel_stds`)"""
+    """of gain over a channel's reading; cross-talk goes with it (`channel_stds`)"""
     force: float = 0.0
     """[N] of the offset of each force, which may vary with time and load"""
     torque: float = 0.0
     """[N m] of the offset of each torque"""
     lever: float = TYPICAL_LEVER
-    """[m] range of torque over range of force: what cross-talk between them scales
-    by"""
+    """[m] range of torque over that of force: what cross-talk between them scales by"""
 
     def __post_init__(self):
         limits = (self.share, self.force, self.torque, self.lever)
@@ -157,10 +153,8 @@ class SensorAccuracy:
         except (TypeError, ValueError):
             good = False
         if not good or not self.lever > 0.0 or self.share > 1.0:
-            raise InputError(
-                f"a sensor's accuracy is a share from 0 to 1, newtons and newton-metres, not {limits}",
-                fix=f"as in {EXAMPLE}",
-            )
+            what = f"a sensor's accuracy is a share from 0 to 1, newtons and newton-metres, not {limits}"
+            raise InputError(what, fix=f"as in {EXAMPLE}")
 
     @classmethod
     def of(cls, value: "SensorAccuracy | str | None") -> "SensorAccuracy | None":
@@ -168,10 +162,8 @@ class SensorAccuracy:
         if value is None or isinstance(value, SensorAccuracy):
             return value
         if not isinstance(value, str):  # pyright: ignore[reportUnnecessaryIsInstance]
-            raise InputError(
-                f"a sensor's accuracy is a text or a SensorAccuracy, not {value}",
-                fix=f"as in '{EXAMPLE}', or a sensor's name",
-            )
+            what = f"a sensor's accuracy is a text or a SensorAccuracy, not {value}"
+            raise InputError(what, fix=f"as in '{EXAMPLE}', or a sensor's name")
         return cls.parse(value)
 
     @classmethod
@@ -201,15 +193,11 @@ class SensorAccuracy:
         name = sheet_name(text)
         sheet = SHEETS.get(name)
         if sheet is None:
-            raise InputError(
-                f"unknown sensor '{text}'{nearest(name, SHEETS)}",
-                fix=f"use {', '.join(SHEETS)}, or figures as in {EXAMPLE}",
-            )
+            fix = f"use {', '.join(SHEETS)}, or figures as in {EXAMPLE}"
+            raise InputError(f"unknown sensor '{text}'{nearest(name, SHEETS)}", fix=fix)
         if not sheet.states_accuracy:
-            raise InputError(
-                f"the accuracy of a {sheet.model} is not known here: {sheet.remark}",
-                fix=f"give figures, as in {EXAMPLE}",
-            )
+            what = f"the accuracy of a {sheet.model} is not known here: {sheet.remark}"
+            raise InputError(what, fix=f"give figures, as in {EXAMPLE}")
         return cls(*_limits(sheet))
 
     def __str__(self) -> str:

@@ -37,8 +37,7 @@ STANDARD_GRAVITY = (0.0, 0.0, -9.80665)
 """Default gravity in world axes [m/s²]."""
 
 SPEED_LIMIT = 0.25
-"""Largest speed of the tool centre point [m/s] next to people, by ISO 10218-1
-(2011)."""
+"""Largest speed of the tool centre point [m/s] near people, by ISO 10218-1 (2011)."""
 
 PARAMETERS = ("m", "mcx", "mcy", "mcz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
 """Order of the ten inertial parameters [kg, kg m (3), kg m² (6)]."""
@@ -93,24 +92,21 @@ def freeze(value: object, *names: str) -> None:
 
 
 def own(array: NDArray[Scalar]) -> NDArray[Scalar]:
-    """`array`, to which nothing else refers, made read-only in place, so that `frozen`
-    need not copy it."""
+    """`array`, to which nothing else refers, made read-only without a copy."""
     array.setflags(write=False)
     return array
 
 
 def is_immutable(array: NDArray[Any]) -> bool:
-    """Whether nothing can write to a C-contiguous array or the arrays it is a view
-    of."""
+    """Whether nothing can write to a C-contiguous array or what it is a view of."""
     flags, base = array.flags, array.base
     if flags.writeable or not flags.c_contiguous:
         return False
     return base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
 
 
-def changed_rows(values: Array) -> Mask:
-    """(K,) whether each of the rows (K, d) differs from the one before; True for the
-    first."""
+def changed_rows(values: NDArray[Any]) -> Mask:
+    """(K,) whether each row (K, d) differs from the one before; True for the first."""
     changed = np.ones(len(values), dtype=bool)
     changed[1:] = values[1:, 0] != values[:-1, 0]  # decides most of them
     same = np.flatnonzero(~changed)
@@ -163,26 +159,20 @@ def quantile(values: Array, share: float) -> float:
 
 
 def distinct(values: ArrayLike) -> Array:
-    """The different numbers among some, sorted, as `numpy.unique`, which imports
-    `numpy.ma`."""
+    """Different numbers, sorted, as `numpy.unique`, which imports `numpy.ma`."""
     ordered = np.sort(np.asarray(values, dtype=float), axis=None)
     return ordered[np.diff(ordered, prepend=np.nan) != 0.0]
 
 
 def check_gravity(gravity: ArrayLike) -> Array:
-    """Gravity (3,) in world axes [m/s²] as a read-only array; `InputError` for anything
-    else."""
+    """Gravity (3,) in world axes [m/s²] read-only; `InputError` for anything else."""
     g = frozen(gravity)
     if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
-        raise InputError(
-            f"gravity must be three numbers, not all zero, and is {g.tolist()}",
-            fix="give `gravity` X,Y,Z in m/s²",
-        )
+        what = f"gravity must be three numbers, not all zero, and is {g.tolist()}"
+        raise InputError(what, fix="give `gravity` X,Y,Z in m/s²")
     if not SMALLEST_GRAVITY <= np.abs(g).max() <= LARGEST_GRAVITY:
-        raise InputError(
-            f"gravity of {np.abs(g).max():.3g} m/s² cannot be",
-            fix="give `gravity` X,Y,Z in m/s²",
-        )
+        what = f"gravity of {np.abs(g).max():.3g} m/s² cannot be"
+        raise InputError(what, fix="give `gravity` X,Y,Z in m/s²")
     return g
 
 
@@ -208,8 +198,7 @@ def cross(u: Array, v: Array) -> Array:
 
 
 def tensor_to_vector(tensor: ArrayLike) -> Array:
-    """Symmetric matrices (..., 3, 3) to their entries xx, xy, xz, yy, yz, zz (...,
-    6)."""
+    """Symmetric matrices (..., 3, 3) to entries xx, xy, xz, yy, yz, zz (..., 6)."""
     return np.asarray(tensor, dtype=float)[..., TENSOR_ROWS, TENSOR_COLUMNS]
 
 
@@ -239,8 +228,7 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
 
 
 def lengths(vectors: Array) -> Array:
-    """(...,) lengths of vectors (..., n), ten times as fast as `numpy.linalg.norm`
-    along an axis."""
+    """(...,) lengths of vectors (..., n), ten times as fast as `numpy.linalg.norm`."""
     return np.sqrt(np.square(vectors) @ np.ones(vectors.shape[-1]))
 
 
@@ -310,10 +298,8 @@ def pose_matrix(seven_numbers: ArrayLike) -> Array:
         raise InputError("a pose is seven finite numbers x,y,z,qx,qy,qz,qw")
     norm = np.linalg.norm(np.clip(numbers[3:], -1e3, 1e3))
     if abs(norm - 1) > 1e-3:
-        raise InputError(
-            f"pose quaternion has norm {norm:.4g}, not 1",
-            fix="give x,y,z,qx,qy,qz,qw (w last)",
-        )
+        what = f"pose quaternion has norm {norm:.4g}, not 1"
+        raise InputError(what, fix="give x,y,z,qx,qy,qz,qw (w last)")
     check_magnitude(numbers[:3], LARGEST_DISTANCE, "a distance [m]")
     pose = np.eye(4)
     pose[:3, :3] = rotation_matrices(numbers[3:] / norm)

@@ -18,8 +18,7 @@ MOST_DECIMALS = 9
 """Decimals of a number, at most."""
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 LOPSIDED = 3.0
-"""Ratio of the longer to the shorter side of an interval above which its ends are
-shown."""
+"""Longer over shorter side of an interval above which its ends are shown."""
 
 
 def body_lines(
@@ -67,8 +66,8 @@ def samples_told(count: int) -> str:
 
 def warning_lines(warnings: Sequence[str]) -> list[str]:
     """The gravest warnings, each cut to a line, and the number of the others."""
-    reasons = verdict_of(warnings).reasons
-    ordered = [*reasons, *(text for text in warnings if text not in reasons)]
+    verdict = verdict_of(warnings)
+    ordered = [*verdict.reasons, *verdict.others(warnings)]
     lines = [f"  warning: {_cut(text, LONGEST_FIRST)}" for text in ordered[:1]]
     lines += [f"  warning: {_cut(text)}" for text in ordered[1:MOST_WARNINGS]]
     more = len(warnings) - MOST_WARNINGS

@@ -14,8 +14,7 @@ few rows out of order."""
 FEW_STEPS_BACK = 0.01
 """Share of backward steps up to which the parts between them are in order."""
 UNEVEN = 0.5
-"""Least ratio of a clock's smallest step to its median, for rounded times, whose steps
-are alike."""
+"""Least ratio of a clock's smallest step to its median where times are rounded."""
 
 
 def in_order(time: Array) -> Indices:

@@ -36,8 +36,7 @@ PAYLOAD = 10
 WELL_CONDITIONED = 1e-7
 """Reciprocal condition number of scaled columns above which no unknown is open."""
 OPEN = 1e-9
-"""Singular value of scaled columns, relative to 1, below which a combination is
-open."""
+"""Singular value of scaled columns, relative to 1, below which a direction is open."""
 VANISHING = 1e-8
 """Length of a column over the longest, below which it is rounding."""
 

@@ -22,8 +22,7 @@ from hefting.core.spatial import (
 )
 
 LARGEST_RELATIVE_HALF_WIDTH = 0.5
-"""Half-width of the mass's interval over the mass, above which the mass is
-undetermined."""
+"""Half-width of the mass's interval over the mass, above which it is undetermined."""
 LONGEST_ORIGIN = 200
 """Largest number of characters of `Undetermined.filled_from`."""
 
@@ -73,8 +72,7 @@ class Undetermined:
 
     @classmethod
     def without_end(cls, ends: Mapping[str, np.ndarray]) -> Self:
-        """From the lower and upper ends (2, ...) of intervals, which may be
-        infinite."""
+        """From the lower and upper ends (2, ...) of intervals, perhaps infinite."""
         names = ("mass", "center_of_mass", "inertia_at_com")
         infinite = [np.isinf(ends[name]) for name in names]
         if not any(each.any() for each in infinite):
@@ -139,8 +137,5 @@ def undetermined_mass(
     low, high = (float(end) for end in intervals["mass"])
     if 0.5 * (high - low) <= LARGEST_RELATIVE_HALF_WIDTH * mass:
         return None
-    what = (
-        f"the recording does not determine the mass ({low:.3g} to {high:.3g} kg): "
-        "this answer is not to be used"
-    )
+    what = f"the recording does not determine the mass ({low:.3g} to {high:.3g} kg): this answer is not to be used"
     return error("mass-undetermined", what)

@@ -60,8 +60,7 @@ class Replay:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of the estimate, then further ones of its prediction for this
-        recording."""
+        """Warnings of the estimate, then others of its prediction for the recording."""
         own = self.estimate.warnings
         repeated = {*own, *self.recording.warnings}
         more = [
@@ -86,11 +85,8 @@ def replay_of(
         For static poses, and as `hefting.predict` does.
     """
     if recording.static:
-        raise InputError(
-            "static poses have no times, which a replay needs",
-            recording.source,
-            "give a recording with a time column",
-        )
+        what = "static poses have no times, which a replay needs"
+        raise InputError(what, recording.source, "give a recording with a time column")
     prediction = predict(estimate, recording, gravity=_gravity_of(estimate))
     scene = scene_of({"estimate": estimate}, shape)
     return Replay(recording, estimate, prediction, scene)
@@ -128,11 +124,8 @@ def dashboard_for(path: str | Path) -> Dashboard:
         if suffix in each.suffixes:
             return each
     suffixes = ", ".join(suffix for each in known for suffix in each.suffixes)
-    raise InputError(
-        f"'{suffix}' cannot hold an estimate beside a recording",
-        path,
-        f"use {suffixes}",
-    )
+    what = f"'{suffix}' cannot hold an estimate beside a recording"
+    raise InputError(what, path, f"use {suffixes}")
 
 
 def write_dashboard(

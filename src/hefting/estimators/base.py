@@ -35,12 +35,7 @@ from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.estimators.joint_state import (
-    State,
-    as_one,
-    join,
-    join_all,
-)
+from hefting.estimators.joint_state import State, as_one, join, join_all
 from hefting.estimators.quadratic import whitening
 from hefting.estimators.sample_state import (
     SampleState,
@@ -92,8 +87,7 @@ class Known:
     """(10, 10) covariance of an error in the parameters that is the same for all
     samples; None where there is none."""
     carried: Array | None
-    """(10,) parameters of a tool whose wrench was subtracted; None where there is
-    none."""
+    """(10,) parameters of a tool whose wrench was subtracted; None: none."""
     shape: Shape | None
     """Where the object may have mass, if that is known."""
 
@@ -108,14 +102,12 @@ class Estimator:
     instead_of_shape: ClassVar[tuple[str, ...]] = ()
     """Hyperparameters each of which replaces the shape if it is given."""
     takes_shape: ClassVar[Mapping[str, Needs]] = {}
-    """Hyperparameters whose value may be ``"shape"``, for the known shape, and what
-    that must be."""
+    """Hyperparameters that may be ``"shape"``, the known shape, and what it must be."""
     assumes: ClassVar[str] = "the shape"
     """What decides the parameters that the motion leaves open, in words, if the method
     needs a shape."""
     fills_in: ClassVar[str] = "the method"
-    """What decides the parameters that neither motion nor shape determines, in
-    words."""
+    """What decides what neither motion nor shape determines, in words."""
     consistent: ClassVar[bool] = False
     """Whether every estimate of a positive mass is a body that can exist."""
     gives_covariance: ClassVar[bool] = False
@@ -124,11 +116,9 @@ class Estimator:
     """Which of `INVARIANCES` hold if the motion determines all ten parameters and, for
     some, the noise is known; the class's docstring says when."""
     keeps_time_record: ClassVar[bool] = False
-    """Whether its state keeps a `TimeRecord`, from which the colour of the noise is
-    found."""
+    """Whether its state keeps a `TimeRecord`, to find the noise's colour."""
     depends_on_count: ClassVar[bool] = False
-    """Whether the number of samples matters, so that averages are weighted by
-    theirs."""
+    """Whether the number of samples matters, so averages are weighted by theirs."""
     source: ClassVar[str] = ""
     """Where the method was published."""
     best_for: ClassVar[str] = ""
@@ -143,8 +133,7 @@ class Estimator:
     """Hyperparameters of its variants, by the ending of their names: another `model` of
     the motion, or one more condition."""
     when_smoothed: ClassVar[Mapping[str, Any]] = {}
-    """Hyperparameters that differ from their defaults for a motion from smoothed
-    poses."""
+    """Hyperparameters that differ from their defaults with smoothed poses."""
 
     def __post_init__(self):
         """Check the hyperparameters that several methods have. Raises `InputError`."""
@@ -160,8 +149,7 @@ class Estimator:
 
     @property
     def name(self) -> str:
-        """The method's name on the command line; with the model if it is not the
-        default."""
+        """The method's name on the command line; with the model if not the default."""
         name, model = type(self).__name__, getattr(self, "model", None)
         return (
             name if model == getattr(type(self), "model", None) else f"{name}-{model}"
@@ -176,8 +164,7 @@ class Estimator:
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """Hyperparameters that follow from known facts, for `model` or the default
-        one."""
+        """Hyperparameters that follow from known facts, for `model` or the default."""
         found = {
             "shape": known.shape,
             "noise": known.noise,
@@ -191,14 +178,12 @@ class Estimator:
     @property
     def provenance(self) -> dict[str, Any]:
         """Plain values of the hyperparameters, for an estimate's provenance."""
-        values = {
-            name: getattr(self, name)
-            for name in self.hyperparameters(getattr(self, "model", None))
-        }
+        names = self.hyperparameters(getattr(self, "model", None))
+        values = {name: getattr(self, name) for name in names if name != "bias"}
         return {
-            k: v
-            for k, v in values.items()
-            if isinstance(v, int | float | str | tuple) and k != "bias"
+            name: value
+            for name, value in values.items()
+            if isinstance(value, int | float | str | tuple)
         }
 
     @property
@@ -210,8 +195,7 @@ class Estimator:
 
     @property
     def asked(self) -> Accuracy | None:
-        """Accuracy at which to stop using more of a recording; None to use all of
-        it."""
+        """Accuracy at which to stop using more of a recording; None: use all of it."""
         return None
 
     def start(self) -> SampleState:
@@ -250,10 +234,9 @@ class Estimator:
         if not one_bias:
             return join(first, second)
         if not (isinstance(first, SampleState) and isinstance(second, SampleState)):
-            raise InputError(
-                "a state of several recordings has more than one bias",
-                fix="merge the parts of one recording before others join it",
-            )
+            what = "a state of several recordings has more than one bias"
+            fix = "merge the parts of one recording before others join it"
+            raise InputError(what, fix=fix)
         return first.merge(second, one_bias=True)
 
     def merge_all(self, states: Sequence[State]) -> State:
@@ -264,8 +247,7 @@ class Estimator:
         return reduce(self.merge, states)
 
     def estimate(self, state: State) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
-        are none."""
+        """The estimate from the samples seen; `NotIdentifiableError` without any."""
         raise NotImplementedError
 
     def continued(self, state: Any, before: Any) -> tuple[Estimate, Any]:
@@ -275,8 +257,7 @@ class Estimator:
         return self.estimate(state), None
 
     def prepared(self, state: Any, before: Any) -> Any:
-        """The value that `continued` returns for later estimates, without the
-        estimate."""
+        """The value that `continued` returns for later ones, without the estimate."""
         return self.continued(state, before)[1]
 
     def of_more(self, state: Any, prepared: Any) -> tuple[Estimate, Any]:
@@ -305,8 +286,7 @@ def take_errors(method: Any) -> None:
 
 
 def stated_errors(method: Any) -> dict[str, str]:
-    """The sensor's accuracy and a scale's reading, as far as given, for an estimate's
-    provenance."""
+    """The sensor's accuracy and scale's reading, as far as given, for a provenance."""
     values = {name: getattr(method, name) for name in ("sensor_accuracy", "mass")}
     return {name: str(value) for name, value in values.items() if value is not None}
 
@@ -314,10 +294,8 @@ def stated_errors(method: Any) -> dict[str, str]:
 def require_samples(count: int) -> None:
     """`NotIdentifiableError` unless there is at least one sample."""
     if count == 0:
-        raise NotIdentifiableError(
-            "no samples to estimate from",
-            fix="record at least one pose with its wrench",
-        )
+        what = "no samples to estimate from"
+        raise NotIdentifiableError(what, fix="record at least one pose with its wrench")
 
 
 def require_bias_model(bias: str) -> None:

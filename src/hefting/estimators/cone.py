@@ -29,8 +29,7 @@ from hefting.core.spatial import Array, Mask
 from hefting.estimators.quadratic import nonnegative_least_squares
 
 FLOOR = 1e-7
-"""Least scale of a vanishing norm, relative to the objective; half of it is lost in
-accuracy."""
+"""Least scale of a vanishing norm, over the objective; half is lost in accuracy."""
 TOLERANCE = 3e-7
 """Gap at which the iteration ends, relative to the objective (or to 1e-6 |b|, if the
 objective is smaller)."""
@@ -44,17 +43,14 @@ would cycle without damping."""
 
 @immutable
 class ConeProblem:
-    """One instance of the problem, without its bias columns (see
-    `hefting.estimators.pmd`)."""
+    """The problem without its bias columns (see `hefting.estimators.pmd`)."""
 
     A: Array
-    """(r, n) rows of both norms; rows that the free bias couples belong to both in
-    part"""
+    """(r, n) rows of both norms; rows the free bias couples belong to both in part"""
     b: Array
     """(r,) right-hand side"""
     K: Array
-    """(2, r) share of each row in the first and in the second norm: diagonals of K0 and
-    K1"""
+    """(2, r) share of each row in both norms: diagonals of K0 and K1"""
     regularization: float
     """lambda >= 0"""
     size: float
@@ -76,8 +72,7 @@ class ConeSolution:
 
 
 def solve(problem: ConeProblem, start: Array) -> ConeSolution:
-    """Solve from non-negative masses `start` (n,), not all zero; a good start saves
-    steps."""
+    """Solve from masses `start` (n,) >= 0, not all zero; a good start saves steps."""
     b, K, lam, size = problem.b, problem.K, problem.regularization, problem.size
     # a bias explains all of the wrench: nothing is held
     if b.dot(b) <= (4e-15 * size) ** 2:
@@ -169,8 +164,7 @@ class _Newton:
         self._active, self._square = active.tobytes(), chosen.dot(chosen.T)
 
     def _system(self, d: Array, sigma: float) -> Array:
-        """Minus the derivative (r, r) of F by u: D + sigma A A' over the active
-        points."""
+        """Minus the derivative (r, r) of F by u: D + sigma A A' of active points."""
         J = sigma * self._square
         diagonal = J.ravel()[:: len(d) + 1]
         diagonal += d
@@ -282,8 +276,7 @@ class _Newton:
         return damping
 
     def curvature(self) -> Array:
-        """W' J^-1 W (3, 3), which turns changes of the scales into changes of the
-        squared norms."""
+        """W' J^-1 W (3, 3): changes of the squared norms by changes of the scales."""
         return self._W @ lapack.dpotrs(self._factor, self._W.T)[0]
 
 
@@ -310,15 +303,13 @@ class _ActiveSet:
         return u, masses, np.sqrt(W @ u), 1
 
     def curvature(self) -> Array:
-        """W' J^-1 W (2, 2), which turns changes of the scales into changes of the
-        squared norms."""
+        """W' J^-1 W (2, 2): changes of the squared norms by changes of the scales."""
         WU = self._W @ self._U
         return self._W @ self._W.T - WU @ WU.T
 
 
 def _shifted(problem: ConeProblem, u: Array) -> Array:
-    """`u` moved and scaled so that A'u <= 0 and both norms are at most one; zeros if
-    that fails."""
+    """`u` moved and scaled so that A'u <= 0 and both norms are at most 1; or zeros."""
     over = problem.A.T @ u
     # above rounding
     excess = max(0.0, float(over.max())) + 1e-14 * float(np.abs(over).max())

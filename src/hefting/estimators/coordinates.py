@@ -29,8 +29,7 @@ PARAMETERS_OF = np.stack(
     [InertialParameters.from_pseudo_inertia(m.reshape(4, 4)).vector for m in BASIS],
     axis=1,
 )
-"""(10, 10) takes coordinates of a pseudo-inertia to the inertial parameters of its
-body."""
+"""(10, 10) takes coordinates of a pseudo-inertia to the parameters of its body."""
 
 
 def mat(q: Array) -> Array:

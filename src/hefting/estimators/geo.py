@@ -18,7 +18,11 @@ from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.possible_bodies import PossibleBodies
+from hefting.estimators.possible_bodies import (
+    PossibleBodies,
+    ball_factor,
+    body_factor,
+)
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
 from hefting.estimators.sample_state import (
     SMOOTHED_C1,
@@ -45,8 +49,7 @@ KAPPA = 1e-5
 COMPACT = 0.1
 """Radius of gyration [m] of a compact body."""
 THINNEST = 1e-3
-"""Least thickness of a prior body over its largest side, as P0 of a flat body is
-singular."""
+"""Least thickness of a prior body over its largest side, as a flat P0 is singular."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +85,7 @@ class GEO(PointEstimator):
     when_smoothed: ClassVar = {"c1": SMOOTHED_C1}
 
     shape: Shape | None = None
-    """The shape (a box will do): the prior is homogeneous, as heavy as least squares
-    says."""
+    """Shape (a box will do): a homogeneous prior, as heavy as least squares says."""
     prior: InertialParameters | None = None
     """The prior body, in place of a shape."""
     distance: Distance = "entropic"
@@ -109,10 +111,8 @@ class GEO(PointEstimator):
     def __post_init__(self):
         super().__post_init__()
         if (self.shape is None) == (self.prior is None):
-            raise InputError(
-                "GEO needs a shape or a prior body, and not both",
-                fix="a bounding box will do",
-            )
+            what = "GEO needs a shape or a prior body, and not both"
+            raise InputError(what, fix="a bounding box will do")
         if self.prior is not None and not isinstance(self.prior, InertialParameters):
             raise InputError("the prior must be InertialParameters")
         if self.prior is not None and not self.prior.consistency().is_consistent:
@@ -128,8 +128,7 @@ class GEO(PointEstimator):
         return super().provenance | ({"gamma": GAMMA} if usual else {})
 
     def estimate(self, state: State) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
-        are none."""
+        """The estimate from the samples seen; `NotIdentifiableError` without any."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         require_information(problem)
@@ -173,16 +172,10 @@ class GEO(PointEstimator):
             assert self.shape is not None
             prior = self.shape.homogeneous
         prior = thickened(prior)
-        m, c = prior.mass, prior.center_of_mass
-        G = np.eye(4)
-        G[:3, 3] = c
+        G = body_factor(prior)
         if self.distance == "euclidean":
-            G[:3, :3] *= COMPACT
-        else:
-            G[:3, :3] = np.linalg.cholesky(
-                prior.moved(_shift(-c)).pseudo_inertia[:3, :3] / m
-            )
-        return prior, m * (PARAMETERS_OF @ congruence(G))
+            G = ball_factor(prior.center_of_mass, COMPACT)
+        return prior, prior.mass * (PARAMETERS_OF @ congruence(G))
 
     def possible_bodies(self, center: Array) -> PossibleBodies:
         """Bodies near the prior's, homogeneous one."""
@@ -200,12 +193,6 @@ class GEO(PointEstimator):
         if self.noise is not None and self.distance != "euclidean":
             return GAMMA
         return max(weight_by_rule(problem.A), 1e-300)
-
-
-def _shift(by: Array) -> Array:
-    pose = np.eye(4)
-    pose[:3, 3] = by
-    return pose
 
 
 def weight_by_rule(A: Array) -> float:

@@ -60,8 +60,7 @@ class HPS(PointEstimator):
     )
 
     shape: Shape
-    """Points with the label of the part each belongs to, and its share of the
-    volume."""
+    """Points with the label of each one's part, and its share of the volume."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
     masses."""
@@ -76,10 +75,8 @@ class HPS(PointEstimator):
     def __post_init__(self):
         super().__post_init__()
         if self.shape.labels is None:
-            raise InputError(
-                "HPS needs labelled parts",
-                fix="give a .ply file of points with a 'segmentation' property",
-            )
+            fix = "give a .ply file of points with a 'segmentation' property"
+            raise InputError("HPS needs labelled parts", fix=fix)
         for name in ("max_acceleration", "max_angular_acceleration"):
             value = getattr(self, name)
             if not (isinstance(value, int | float) and value > 0.0):
@@ -89,13 +86,8 @@ class HPS(PointEstimator):
     def _shares(self) -> Array:
         """(n, parts) mass of each point for 1 kg in each part."""
         _, part = np.unique(np.asarray(self.shape.labels), return_inverse=True)
-        volumes = (
-            self.shape.volumes
-            if self.shape.volumes is not None
-            else np.full(self.shape.n, 1.0 / self.shape.n)
-        )
         shares = np.zeros((self.shape.n, int(part.max()) + 1))
-        shares[np.arange(self.shape.n), part] = volumes
+        shares[np.arange(self.shape.n), part] = self.shape.shares
         totals = shares.sum(axis=0)
         return shares[:, totals > 0.0] / totals[totals > 0.0]
 
@@ -130,10 +122,8 @@ class HPS(PointEstimator):
         mass from a bias, or when no mass at all explains the wrench best.
         """
         if state.samples == 0:
-            raise NotIdentifiableError(
-                "no near-static samples to estimate from",
-                fix="stop and go, or use GEO or PMD",
-            )
+            what = "no near-static samples to estimate from"
+            raise NotIdentifiableError(what, fix="stop and go, or use GEO or PMD")
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         row = self.mass_row(state, problem.A)
         problem = problem.with_equation(row.equation)

@@ -90,8 +90,7 @@ class WhitenedState:
         return cls(triangular(rows), samples, duration, noise)
 
     def stacked(self, other: WhitenedState) -> Self:
-        """With the equations of an independent sensor, of the same object in the same
-        frame."""
+        """With an independent sensor's equations, of the same object and frame."""
         return type(self)(
             triangular(np.vstack((self.factor, other.factor))),
             self.samples + other.samples,
@@ -111,10 +110,8 @@ class WhitenedState:
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> NoReturn:
         """Raises `InputError`: no samples can be added to whitened equations."""
-        raise InputError(
-            "the noise of these equations was found already",
-            fix="fold samples into the moments they came from",
-        )
+        what = "the noise of these equations was found already"
+        raise InputError(what, fix="fold samples into the moments they came from")
 
 
 @immutable
@@ -135,16 +132,13 @@ class JointState:
 
     @cached_property
     def as_one(self) -> SampleState:
-        """State of all samples as those of one recording, with a common bias or
-        none."""
+        """State of all samples as of one recording, with a common bias or none."""
         return reduce(lambda a, b: a.merge(b, one_bias=True), self.states)
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> NoReturn:
         """Raises `InputError`: samples belong to one recording."""
-        raise InputError(
-            "the state is that of several recordings",
-            fix="update the state of each recording, then merge them",
-        )
+        fix = "update the state of each recording, then merge them"
+        raise InputError("the state is that of several recordings", fix=fix)
 
 
 State = SampleState | JointState | WhitenedState
@@ -210,7 +204,5 @@ def motion_record(state: State) -> TimeRecord | None:
 
 
 def _no_wrench() -> InputError:
-    return InputError(
-        "these equations have no samples of a wrench left",
-        fix="stack them (`WhitenedState.stacked`), and use Bayes, GEO, LMI, OLS or PMD",
-    )
+    fix = "stack them (`WhitenedState.stacked`), and use Bayes, GEO, LMI, OLS or PMD"
+    return InputError("these equations have no samples of a wrench left", fix=fix)

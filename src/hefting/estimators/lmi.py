@@ -20,7 +20,7 @@ from hefting.estimators.base import (
 from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.possible_bodies import PossibleBodies
+from hefting.estimators.possible_bodies import PossibleBodies, ball_factor
 from hefting.estimators.quadratic import (
     Quadratic,
     WrenchNoise,
@@ -62,8 +62,7 @@ class LMI(PointEstimator):
     variants: ClassVar = {"ellipsoid": {"ellipsoid": "shape"}}
 
     ellipsoid: Shape | None = None
-    """A shape; if given, the ellipsoid around its bounding box must be able to hold the
-    mass."""
+    """If given, the ellipsoid around its bounding box must be able to hold the mass."""
     bias: BiasModel = "none"
     """``"none"``: the wrench is unbiased; ``"estimate"``: find a constant bias with the
     parameters."""
@@ -82,8 +81,7 @@ class LMI(PointEstimator):
         return "LMI" if self.ellipsoid is None else "LMI-ellipsoid"
 
     def estimate(self, state: State) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
-        are none."""
+        """The estimate from the samples seen; `NotIdentifiableError` without any."""
         require_samples(state.samples)
         problem = Quadratic.of(state, self.noise, self.bias == "estimate")
         require_information(problem)
@@ -133,9 +131,7 @@ def _typical(problem: Quadratic) -> Array:
         second = abs(float(np.trace(vector_to_tensor(vector[4:])))) / (2.0 * mass)
         if second > 0.0:
             radius = float(np.clip(np.sqrt(second), 0.01, 1.0))
-    G = np.diag((radius, radius, radius, 1.0))
-    G[:3, 3] = com
-    return _scaled(problem, G)
+    return _scaled(problem, ball_factor(com, radius))
 
 
 def _scaled(problem: Quadratic, G: Array) -> Array:
@@ -148,8 +144,7 @@ def _scaled(problem: Quadratic, G: Array) -> Array:
 
 
 def _box_filling(shape: Shape) -> InertialParameters:
-    """A homogeneous kilogram that fills the shape's bounding box; sides of zero length
-    count as 1 mm."""
+    """A homogeneous kilogram in the shape's bounding box, of sides of at least 1 mm."""
     R = shape.pose[:3, :3]
     local = shape.hull @ R
     low, high = local.min(axis=0), local.max(axis=0)

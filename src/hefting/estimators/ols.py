@@ -57,8 +57,7 @@ class OLS(PointEstimator):
     """Of the blend: dynamism at which the full model takes over."""
 
     def estimate(self, state: State) -> Estimate:
-        """The estimate from the samples seen. Raises `NotIdentifiableError` when there
-        are none."""
+        """The estimate from the samples seen; `NotIdentifiableError` without any."""
         require_samples(state.samples)
         free_bias = self.bias == "estimate"
         row = self.mass_row(state, Quadratic.of(state, self.noise, free_bias).A)

@@ -158,8 +158,7 @@ class PMD(PointEstimator):
 
 
 def _homogeneous(problem: ConeProblem) -> Array:
-    """Equal masses (n,) of the scale that fits the wrench best, from which the solver
-    starts."""
+    """Equal masses (n,) that fit the wrench best, from which the solver starts."""
     predicted = problem.A.sum(axis=1)
     square = float(predicted @ predicted)
     mass = float(predicted @ problem.b) / square if square else 0.0
@@ -254,8 +253,7 @@ class ModelRows:
 
     @classmethod
     def _of(cls, biases: Sequence[BiasRows], reduced: Array, full: Array) -> Self:
-        """From the rows [m, mc | b] (5, 5) and [ten parameters | b] (11, 11) without a
-        bias."""
+        """From rows [m, mc | b] (5, 5) and [ten parameters | b] (11, 11), no bias."""
         rows, K = np.concatenate((reduced.dot(WITH_INERTIA), full)), SHARES
         for each in reversed(biases):
             coupled, shares = each.eliminated

@@ -51,16 +51,14 @@ LEAST_OWN_SHARE = 1e-6
 
 @immutable
 class MassRow:
-    """Row of a scale's reading, and the gain of the sensor that it implies; `NO_ROW`
-    for none."""
+    """A scale's reading as a row, and the gain of the sensor implied; else `NO_ROW`."""
 
     weight: float
     """[1/kg] of the row, in units of the method's equations"""
     mass: float
     """[kg] m_s"""
     gain_share: float
-    """share of the difference between reading and wrench that is attributed to the
-    gain"""
+    """share of the difference between reading and wrench attributed to the gain"""
     doubts: tuple[Message, ...] = ()
     """messages on a reading that contradicts the wrench"""
 
@@ -92,9 +90,7 @@ class MassRow:
             square = other = reading.std**2
         other = max(other, LEAST_OWN_SHARE * (other + gain))
         return cls(
-            (other / own / square) ** 0.5,
-            reading.mass,
-            1.0 - reading.std**2 / square,
+            (other / own / square) ** 0.5, reading.mass, 1.0 - reading.std**2 / square
         )
 
     @property
@@ -107,8 +103,7 @@ class MassRow:
         return row
 
     def applied(self, estimate: Estimate) -> Estimate:
-        """Estimate of the object, from one of what the sensor shows that used the
-        row."""
+        """Estimate of the object, from one of what the sensor shows by the row."""
         if self.weight == 0.0 and not self.doubts:
             return estimate
         warnings = (*estimate.warnings, *self.doubts)
@@ -176,8 +171,7 @@ class PointEstimator(Estimator):
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """As `Estimator.settings`, with the error that all samples share, and the
-        tool."""
+        """As `Estimator.settings`, with the error of all samples, and the tool."""
         own = {
             "systematic": known.systematic,
             "carried": known.carried,

@@ -30,16 +30,14 @@ NEAR_BODY_FREEDOMS = {1000.0: 0.3, 200.0: 0.3, 50.0: 0.2, 12.0: 0.1, 3.0: 0.1}
 IN_BOX_FREEDOMS = {12.0: 0.25, 4.0: 0.25, 1.0: 0.25, 0.3: 0.25}
 """nu of bodies somewhere in a box, and their prior probabilities."""
 RADII = 0.01 * 2.0 ** np.arange(6)
-"""(6,) radii of gyration [m] of an unknown object, equally probable: from 10 mm to 0.32
-m."""
+"""(6,) radii of gyration [m] of an unknown object, equally likely: 10 mm to 0.32 m."""
 ANY_BODY_FREEDOM = 1.0
 """nu of bodies of each of these radii."""
 COM_STD = 0.3
 """[m] Standard deviation along each axis of the COM of an unknown object about that of
 least squares."""
 PART_STDS = (0.3, 1.0, 3.0)
-"""Standard deviations of a part's density over the mean density, all equally
-probable."""
+"""Standard deviations of a part's density over the mean density, equally probable."""
 WITHIN_PART_STDS = (0.003, 0.02, 0.1)
 """Standard deviations along each axis of the density within a part over the part's,
 equally probable. The points show a part's border only to their spacing."""
@@ -47,8 +45,7 @@ THIN = 1e-9
 """Standard deviation of a part's points along an axis, relative to the largest
 coordinate, up to which they lie in a plane."""
 WRONG_SHAPE = 0.01
-"""Prior probability that the object is none of the method's possible bodies, but any
-body."""
+"""Prior probability of any body beside the method's possible ones."""
 
 
 @immutable
@@ -66,7 +63,9 @@ class PossibleBodies:
     @classmethod
     def any(cls, center: Array) -> Self:
         """Any size, with the COM anywhere about `center` (3,) [m]."""
-        members = [_about(_ball(center, float(r)), ANY_BODY_FREEDOM) for r in RADII]
+        members = [
+            _about(ball_factor(center, float(r)), ANY_BODY_FREEDOM) for r in RADII
+        ]
         shift = COM_STD * _com_derivative(center)
         return cls(
             np.array([mean for mean, _ in members]),
@@ -97,9 +96,7 @@ class PossibleBodies:
     def of_parts(cls, shape: Shape, shares: Array) -> Self:
         """Nearly homogeneous parts; `shares` (n, parts) are the shares of each part's
         mass at the shape's points."""
-        volumes = shape.volumes
-        volumes = np.full(shape.n, 1.0 / shape.n) if volumes is None else volumes
-        volume = (shares > 0.0).T @ volumes
+        volume = (shares > 0.0).T @ shape.shares
         volume = volume / volume.sum()
         shares = shares * volume
         columns, gradients = shape.cell_matrix @ shares, _gradients(shape, shares)
@@ -123,7 +120,7 @@ class PossibleBodies:
     def _of_freedoms(
         cls, body: InertialParameters, freedoms: dict[float, float]
     ) -> Self:
-        G = _factor(body)
+        G = body_factor(body)
         members = [_about(G, nu) for nu in freedoms]
         return cls(
             np.array([mean for mean, _ in members]),
@@ -182,14 +179,14 @@ def _about(G: Array, nu: float) -> tuple[Array, Array]:
     return mean, np.column_stack((MASS_STD * mean, (2.0 / nu) ** 0.5 * T))
 
 
-def _ball(center: Array, radius: float) -> Array:
+def ball_factor(center: Array, radius: float) -> Array:
     """G (4, 4) of 1 kg with this radius of gyration along each axis about `center`."""
     G = np.diag((radius, radius, radius, 1.0))
     G[:3, 3] = center
     return G
 
 
-def _factor(body: InertialParameters) -> Array:
+def body_factor(body: InertialParameters) -> Array:
     """G (4, 4) with G G' the pseudo-inertia of 1 kg of the body."""
     c = body.center_of_mass
     P = body.pseudo_inertia[:3, :3] / body.mass - np.outer(c, c)
@@ -199,8 +196,7 @@ def _factor(body: InertialParameters) -> Array:
 
 
 def _com_derivative(c: Array) -> Array:
-    """(10, 3) derivative of the parameters of 1 kg by its COM, for a fixed inertia
-    about the COM."""
+    """(10, 3) derivative of the parameters of 1 kg by its COM, inertia fixed."""
     derivative = np.zeros((10, 3))
     derivative[1:4] = np.eye(3)
     derivative[4:] = parallel_axis_slopes(c)

@@ -32,18 +32,15 @@ WrenchNoise = Noise | Array | None
 newtons weigh like N m."""
 
 RANK_TOLERANCE = 1e-9
-"""Singular values of the column-scaled regressor below this, relative to the largest,
-count as zero."""
+"""Singular values of the scaled regressor that count as zero, over the largest."""
 
 VANISHING_COLUMN = 1e-13
-"""Length of a regressor's column, relative to the longest, below which it is a rounding
-error."""
+"""Length of a regressor's column over the longest, below which it is rounding."""
 
 _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS
 
 UNKNOWNS = PARAMETERS + tuple(f"bias {name}" for name in WRENCH)
-"""Names of the ten parameters and of the bias."""
 
 
 def warnings_of(open_: Indices, instead: str) -> tuple[str, ...]:
@@ -67,10 +64,8 @@ def whitening(noise: WrenchNoise) -> Array | None:
         return None
     if isinstance(noise, Noise):
         if not (0.0 < noise.force < np.inf and 0.0 < noise.torque < np.inf):
-            raise InputError(
-                "known noise must be positive in force and torque",
-                fix="or give noise=None",
-            )
+            what = "known noise must be positive in force and torque"
+            raise InputError(what, fix="or give noise=None")
         return np.diag(np.repeat((1.0 / noise.force, 1.0 / noise.torque), 3))
     S = frozen(noise)
     if (
@@ -78,10 +73,8 @@ def whitening(noise: WrenchNoise) -> Array | None:
         or not np.isfinite(S).all()
         or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max()
     ):
-        raise InputError(
-            "a noise covariance of the wrench is a symmetric matrix (6, 6)",
-            fix="or give noise=None",
-        )
+        what = "a noise covariance of the wrench is a symmetric matrix (6, 6)"
+        raise InputError(what, fix="or give noise=None")
     try:
         scale = 1.0 / np.sqrt(np.where(S.diagonal() > 0.0, S.diagonal(), 1.0))
         return np.linalg.inv(np.linalg.cholesky(S * np.outer(scale, scale))) * scale
@@ -111,8 +104,7 @@ def stacked_factor(
 
 
 def with_equation(R: Array, row: Array | None) -> Array:
-    """A factor as of `stacked_factor` with one more equation (11,) of the parameters;
-    None for none."""
+    """A factor as of `stacked_factor` with one more equation (11,), if any."""
     if row is None:
         return R
     return np.vstack((R, np.pad(row, (R.shape[1] - len(row), 0))))
@@ -283,10 +275,7 @@ class LeastSquares:
 
 
 def least_squares(
-    state: State,
-    free_bias: bool,
-    noise: WrenchNoise,
-    equation: Array | None = None,
+    state: State, free_bias: bool, noise: WrenchNoise, equation: Array | None = None
 ) -> LeastSquares:
     """Minimise |S^-1/2 (A phi + beta - b)|² over phi (10,) and, if free, beta (6,); S
     from `noise`, or the identity.

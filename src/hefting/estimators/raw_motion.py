@@ -31,8 +31,7 @@ SMALLEST_LEVEL = 0.01
 """Level of noise over the standard deviation of the accelerations below which it is
 negligible: it reduces an inertia by a ten thousandth."""
 ROUNDING = 1e-4
-"""The same below which noise is rounding, if that of the other kind of acceleration is
-larger."""
+"""The same below which noise is rounding, if the other acceleration's is larger."""
 LARGEST_RATIO_OF_AXES = 10.0
 """Largest ratio of the mean noise variance of three axes to that of one, as errors of
 the motion are taken to be alike along all axes."""
@@ -148,8 +147,7 @@ def white_motion_noise(measurements: Measurements) -> MotionNoise | None:
 
 
 def _level(series: Array, order: int = DIFFERENCE_ORDER) -> float:
-    """Standard deviation of the white noise of a series (K, d), from its differences of
-    an order."""
+    """Standard deviation of a series' white noise (K, d), by differences."""
     if len(series) <= order:
         return 0.0
     differences = np.abs(np.diff(series, order, axis=0))

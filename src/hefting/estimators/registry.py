@@ -9,16 +9,11 @@ from hefting.estimators.base import INVARIANCES
 from hefting.estimators.base import Estimator as Estimator
 from hefting.estimators.methods import *  # noqa: F403
 
-
-def _rank(kind: type[Estimator]) -> int:
-    return kind.rank
-
-
+_KINDS: list[type[Estimator]] = [
+    kind for kind in vars(methods).values() if isinstance(kind, type)
+]
 METHODS: dict[str, type[Estimator]] = {
-    kind.__name__: kind
-    for kind in sorted(
-        (kind for kind in vars(methods).values() if isinstance(kind, type)), key=_rank
-    )
+    kind.__name__: kind for kind in sorted(_KINDS, key=lambda kind: kind.rank)
 }
 """Every method by its name, in order of rank."""
 
@@ -53,10 +48,8 @@ def spelled(name: str) -> str:
     known = {key.lower(): key for key in (*METHODS, *VARIANTS)}
     key = known.get(name.lower()) if isinstance(name, str) else None
     if key is None:
-        raise InputError(
-            f"unknown method '{name}'{nearest(str(name), METHODS)}",
-            fix=f"use {', '.join(METHODS)}; see hefting methods",
-        )
+        what = f"unknown method '{name}'{nearest(str(name), METHODS)}"
+        raise InputError(what, fix=f"use {', '.join(METHODS)}; see hefting methods")
     return key
 
 
@@ -87,24 +80,21 @@ def methods_with(hyperparameter: str) -> list[str]:
 
 
 def options() -> dict[str, Option]:
-    """Every hyperparameter that users may set to a number, by name, in the order of the
-    methods."""
+    """Every hyperparameter that users may set to a number, by name, as methods rank."""
     found: dict[str, Option] = {}
     for method, kind in METHODS.items():
         for field in fields(kind):
             if "help" in field.metadata:
                 text = f"{method}: {field.metadata['help']}"
-                before = found.get(field.name)
-                if before is not None:
-                    found[field.name] = Option(f"{before.help}; {text}", before.metavar)
-                else:
+                if (before := found.get(field.name)) is None:
                     found[field.name] = Option(text, field.metadata.get("metavar"))
+                else:
+                    found[field.name] = Option(f"{before.help}; {text}", before.metavar)
     return found
 
 
 def settings_text(provenance: dict[str, Any]) -> str:
-    """``"name = value"`` of the numbers that users may set, from an estimate's
-    provenance."""
+    """``"name = value"`` of numbers that users set, from an estimate's provenance."""
     numbers = {name: provenance.get(name) for name in ("points", *options())}
     return ", ".join(
         f"{name} = {value:g}"

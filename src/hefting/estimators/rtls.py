@@ -61,10 +61,8 @@ class RTLS(PointEstimator):
 
     def __post_init__(self):
         if self.noise is not None and not isinstance(self.noise, Noise):
-            raise InputError(
-                "RTLS wants the noise as levels of wrench and accelerations",
-                fix="give a Noise, or None",
-            )
+            what = "RTLS wants the noise as levels of wrench and accelerations"
+            raise InputError(what, fix="give a Noise, or None")
         super().__post_init__()
         if self.noise is None:
             return

@@ -1,5 +1,4 @@
-"""SampleState: samples divided between the reduced (gravity-only) and the full
-Newton-Euler model."""
+"""SampleState: samples divided between the reduced (gravity) and full models."""
 
 from collections.abc import Iterable
 from typing import Literal, Self
@@ -151,18 +150,14 @@ class SampleState:
 
 
 def model_weight(measurements: Measurements, model: str, c1: float) -> Array | float:
-    """Share w of the full model: 1, 0, or (K,) by the samples' dynamism (Nadeau et al.
-    2022, eq. 9)."""
-    return (
-        full_model_weight(measurements, c1)
-        if model == "blended"
-        else float(model == "full")
-    )
+    """Share w of the full model: 1, 0, or (K,) by the dynamism (Nadeau 2022, eq. 9)."""
+    if model == "blended":
+        return full_model_weight(measurements, c1)
+    return float(model == "full")
 
 
 def require_model(model: str, c1: float) -> None:
-    """`InputError` unless `model` names a model of the motion and c1 is positive and
-    finite."""
+    """`InputError` unless `model` names one and c1 is positive and finite."""
     require_one_of("model", model, MODELS)
     require_positive("c1", c1)
 

@@ -27,8 +27,7 @@ from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, 
 from hefting.estimators.quadratic import ScaledSVD
 
 SMALLEST_GAMMA = 1e-14
-"""gamma relative to |b|² without a prior. It decides only directions that the data
-leave open."""
+"""gamma relative to |b|² without a prior. It decides only what the data leave open."""
 GAP_TOLERANCE = 1e-6
 """Certified gap at which a solution counts as converged, relative to the objective (or
 1e-6 |b|², if it is smaller)."""
@@ -45,7 +44,6 @@ FIRST_MU = 0.01
 """First mu relative to the largest entry of the gradient at Q = I. Smaller values save
 steps; much smaller ones fail."""
 MOST_PATH_STEPS = 60
-"""Largest number of steps along the central path."""
 MOST_RESTARTS = 2
 """Largest number of restarts from the body that was found, for gamma = 0, if its bound
 does not prove it optimal."""
@@ -379,8 +377,6 @@ class _Step:
     def mu_after(self, a: float, dQ: Array, dZ: Array, ds: float, dy: float) -> float:
         """Mean product after a step of length `a`."""
         total = float(np.vdot(self.diagonal + a * dQ, self.diagonal + a * dZ))
-        return (
-            total / 4.0
-            if self._e is None
-            else (total + (self._slack + a * ds) * (self._y + a * dy)) / 5.0
-        )
+        if self._e is None:
+            return total / 4.0
+        return (total + (self._slack + a * ds) * (self._y + a * dy)) / 5.0

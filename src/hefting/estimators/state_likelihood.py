@@ -33,8 +33,7 @@ from hefting.estimators.sample_state import SampleState
 from hefting.estimators.time_record import TimeRecord
 
 NOISE_PASSES = 2
-"""Number of passes in which the noise is found, as its covariance depends on its
-colour."""
+"""Number of passes in which the noise is found, as covariance depends on colour."""
 
 
 @immutable

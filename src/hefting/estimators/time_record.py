@@ -55,15 +55,7 @@ class Stretches:
     def merge(self, other: "Stretches") -> Self:
         """With the stretches of other samples; both that were being filled are
         complete, however short."""
-        parts = [
-            *zip(self.factors, self.counts, strict=True),
-            (self.open_factor, self.open_count),
-        ]
-        parts += [
-            *zip(other.factors, other.counts, strict=True),
-            (other.open_factor, other.open_count),
-        ]
-        parts = [part for part in parts if part[1]]
+        parts = [part for part in (*self._each, *other._each) if part[1]]
         # the two neighbours that are shortest together
         while len(parts) >= MOST_STRETCHES:
             sizes = [first[1] + second[1] for first, second in pairwise(parts)]
@@ -86,18 +78,21 @@ class Stretches:
         )
 
     @property
+    def _each(self) -> list[tuple[Array, int]]:
+        """Factor and number of samples of each, the one being filled last."""
+        whole = zip(self.factors, self.counts, strict=True)
+        return [*whole, (self.open_factor, self.open_count)]
+
+    @property
     def parts(self) -> list[tuple[Array, int]]:
         """Factor and number of samples of each; the one being filled belongs to the
         last one until it is half a stretch."""
-        parts = list(zip(self.factors, self.counts, strict=True))
-        rest = (self.open_factor, self.open_count)
+        *parts, rest = self._each
         if self.open_count >= 0.5 * self.length:
             return [*parts, rest]
-        return (
-            [*parts[:-1], _join(parts[-1], rest)]
-            if parts and self.open_count
-            else parts
-        )
+        if parts and self.open_count:
+            return [*parts[:-1], _join(parts[-1], rest)]
+        return parts
 
     def _with_open(self, factor: Array, count: int) -> Self:
         if count < self.length:
@@ -138,8 +133,7 @@ class TimeRecord:
     nothing was said of their motion's noise"""
 
     def fold(self, x: Array, weights: Array | None, noise: MotionNoise | None) -> Self:
-        """With samples of features `x` (K, 22), their `weights` (K,) and the noise of
-        their motion."""
+        """With samples of features `x` (K, 22), `weights` (K,) and noise of motion."""
         motion = self._motion_with(
             float(len(x)) if weights is None else float(weights.sum()), noise
         )
@@ -209,8 +203,7 @@ class TimeRecord:
 
     @property
     def motion_noise(self) -> MotionNoise | None:
-        """Root mean square over the samples that state the motion's noise; None if none
-        does."""
+        """Root mean square over samples that state the motion's noise; None: none."""
         n, known, linear, angular, memory = self.motion
         if not known:
             return None

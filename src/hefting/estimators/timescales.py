@@ -30,13 +30,11 @@ class TimeScales:
     """Triangular factors of Haar details, finest level first. Immutable."""
 
     factors: tuple[Array, ...] = ()
-    """(22, 22) each: level j holds differences between neighbouring blocks of 2^j
-    samples"""
+    """(22, 22) each: level j: differences of neighbouring blocks of 2^j samples"""
     counts: tuple[int, ...] = ()
     """details at each level"""
     pending: tuple[Array | None, ...] = ()
-    """(1, 22) each: the sum at each level that waits for its neighbour; None for
-    none"""
+    """(1, 22) each: the sum at each level that waits for its neighbour; None: none"""
 
     def fold(self, rows: Array) -> Self:
         """With the features `rows` (k, 22) of the samples that follow."""

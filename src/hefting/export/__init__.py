@@ -133,17 +133,14 @@ def export(
     """
     estimate = estimate_of(estimate)
     if target not in REGISTRY:
-        raise InputError(
-            f"unknown target '{target}'{nearest(target, REGISTRY)}",
-            fix=f"choose from: {', '.join(REGISTRY)}",
-        )
+        what = f"unknown target '{target}'{nearest(target, REGISTRY)}"
+        raise InputError(what, fix=f"choose from: {', '.join(REGISTRY)}")
     chosen = REGISTRY[target]
     _check_arguments(chosen, into, link, name)
     if not (estimate.verdict.usable or chosen.is_read_back or accept):
-        raise InputError(
-            f"the estimate is not to be used: {estimate.verdict.reasons[0]}",
-            fix="identify it again, or give `accept` to write it as it is",
-        )
+        what = f"the estimate is not to be used: {estimate.verdict.reasons[0]}"
+        fix = "identify it again, or give `accept` to write it as it is"
+        raise InputError(what, fix=fix)
     if chosen.write_estimate is not None:
         text = chosen.write_estimate(estimate, name)
         unused = () if sensor_pose_in_flange is None else (_pose_unused(chosen),)
@@ -169,18 +166,14 @@ def _check_arguments(
     target: Target, into: str | Path | None, link: str | None, name: object
 ) -> None:
     if into is not None and target.place is None:
-        raise InputError(
-            f"{target.name} cannot be put into an existing file",
-            fix=f"only {', '.join(INSERTABLE)} can",
-        )
+        what = f"{target.name} cannot be put into an existing file"
+        raise InputError(what, fix=f"only {', '.join(INSERTABLE)} can")
     if link is not None and into is None:
         raise InputError(f"link '{link}' of which file?", fix="give `into`=FILE")
     line = name if isinstance(name, str) and name.isprintable() else ""
     if not line.strip() or len(line) > 200 or line == "world":
-        raise InputError(
-            f"{repr(name)[:200]} cannot name a body",
-            fix="give one printable line, and not 'world'",
-        )
+        what = f"{repr(name)[:200]} cannot name a body"
+        raise InputError(what, fix="give one printable line, and not 'world'")
 
 
 def _pose_unused(target: Target) -> Message:
@@ -198,10 +191,7 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
         warnings.append(warning("body-thickened", what))
     distance = float(np.linalg.norm(body.center_of_mass))
     if body.frame == "flange" and distance > FARTHEST_COM:
-        what = (
-            f"the centre of mass is {distance:.3g} m from the flange: is the sensor's "
-            "pose in metres?"
-        )
+        what = f"the centre of mass is {distance:.3g} m from the flange: is the sensor's pose in metres?"
         warnings.append(warning("com-far", what, "sensor_pose_in_flange"))
     if target.wants_flange and body.without:
         what = f"{body.without} is not in it: a controller that does not know it takes both together"

@@ -45,8 +45,7 @@ RENAMINGS = SIGNED_PERMUTATIONS[np.linalg.det(SIGNED_PERMUTATIONS) > 0]
 
 @dataclass(frozen=True)
 class HalfWidths:
-    """Half-widths of the 95 % intervals of a body's numbers; infinite without
-    intervals."""
+    """Half-widths of the 95 % intervals of a body's numbers; infinite if none."""
 
     mass: float = np.inf
     center_of_mass: Array = field(default_factory=lambda: np.full(3, np.inf))
@@ -72,8 +71,7 @@ class HalfWidths:
 
 @dataclass(frozen=True)
 class Body:
-    """Mass, COM and inertia about the COM of a body that can exist, in one frame's
-    axes."""
+    """Mass, COM and inertia about the COM of a possible body, in one frame's axes."""
 
     name: str
     """Name given by the user."""
@@ -105,8 +103,7 @@ class Body:
     def from_parameters(
         cls, parameters: InertialParameters, name: str, frame: str
     ) -> Self:
-        """The body with these parameters; `InputError` with the violated condition if none
-        can exist."""
+        """The body with these parameters; `InputError` says why if none can exist."""
         inertia = parameters.inertia_at_com
         is_point = (
             np.abs(inertia).max()
@@ -114,10 +111,8 @@ class Body:
         )
         consistency = parameters.consistency()
         if consistency.violated == "mass" or (consistency.violated and not is_point):
-            raise InputError(
-                f"no body has these parameters: {consistency}",
-                fix="identify with a method that assures consistency (LMI, PMD), or export json or csv",
-            )
+            fix = "identify with a method that assures consistency (LMI, PMD), or export json or csv"
+            raise InputError(f"no body has these parameters: {consistency}", fix=fix)
         point = cls.without_inertia(parameters, name, frame)
         return point if is_point else point.with_inertia(inertia)
 
@@ -127,16 +122,13 @@ class Body:
     ) -> Self:
         """A point mass at the COM; `InputError` if the mass is not positive."""
         if not parameters.mass > 0.0:
-            raise InputError(
-                "no body has these parameters: the mass is not positive",
-                fix="check the wrench's sign and gravity",
-            )
+            what = "no body has these parameters: the mass is not positive"
+            raise InputError(what, fix="check the wrench's sign and gravity")
         com = parameters.center_of_mass
         return cls(name, frame, parameters.mass, com, np.zeros((3, 3)))
 
     def with_inertia(self, inertia: Array) -> Self:
-        """The body with an inertia tensor (3, 3) [kg m²] about the COM, raised to
-        `THINNEST`."""
+        """Body with an inertia (3, 3) [kg m²] about the COM, raised to `THINNEST`."""
         tensor, thickened = with_thickness(inertia)
         return replace(self, inertia=tensor, thickened=thickened)
 

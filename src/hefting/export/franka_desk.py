@@ -35,10 +35,7 @@ def write(body: Body) -> str:
 
 def warnings(body: Body) -> list[Message]:
     """Warnings about information that the file cannot hold."""
-    what = (
-        "the file says that the tool's centre is at the flange (transformation): set "
-        "it in Desk"
-    )
+    what = "the file says that the tool's centre is at the flange (transformation): set it in Desk"
     messages = [warning("transformation-unknown", what)]
     if body.notes == GOOD:
         return messages

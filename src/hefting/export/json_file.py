@@ -1,5 +1,4 @@
-"""JSON: the estimate itself, in sensor axes and SI units, even if it is not
-consistent."""
+"""JSON: the estimate itself, in sensor axes and SI units, even if not consistent."""
 
 from hefting.core.estimate import Estimate
 from hefting.export.target import Target

@@ -38,11 +38,7 @@ moments far above those that simulators refuse (MuJoCo: 1e-15 kg m²)."""
 
 
 def known_body(
-    estimate: Estimate,
-    name: str,
-    fill: Fill,
-    accept: bool,
-    say: Callable[[str], str],
+    estimate: Estimate, name: str, fill: Fill, accept: bool, say: Callable[[str], str]
 ) -> Body:
     """Mass, COM and inertia of an estimate in sensor axes, with the lines of a comment;
     `say` turns names of arguments in backquotes into the reader's.
@@ -104,8 +100,7 @@ def _fill_inertia(mass: float, fill: Shape | Literal["point"]) -> tuple[Array, s
 def inertia_messages(
     estimate: Estimate, target: Target, body: Body, fill: Fill
 ) -> list[Message]:
-    """Warnings about an open inertia. Raises `InputError` if there is none and the target
-    needs one."""
+    """Warnings about an open inertia; `InputError` if none but the target needs one."""
     if body.is_point and target.needs_inertia:
         open_ = estimate.undetermined.inertia
         what = (
@@ -121,10 +116,7 @@ def inertia_messages(
     if not (estimate.undetermined.inertia and target.takes_inertia):
         return []
     if body.is_point:
-        what = (
-            "the recording leaves the inertia open: written without it, mass and "
-            "COM only"
-        )
+        what = "the recording leaves the inertia open: written without it, mass and COM only"
         return [warning("inertia-left-out", what, "fill_inertia")]
     how = "as of a point" if fill == "point" else "from the shape"
     what = f"the recording leaves the inertia open: filled in {how}, not measured"
@@ -149,9 +141,8 @@ def notes_of(estimate: Estimate, say: Callable[[str], str] = str) -> tuple[str, 
     """Verdict, its reasons, and other warnings, a line each; `say` turns names of
     arguments in backquotes into the reader's."""
     verdict = estimate.verdict
-    others = [text for text in estimate.warnings if text not in verdict.reasons]
     lines = [f"- {text}" for text in verdict.reasons]
-    lines += [f"warning: {text}" for text in others]
+    lines += [f"warning: {text}" for text in verdict.others(estimate.warnings)]
     return tuple(plain(say(text)) for text in (f"estimate: {verdict}", *lines[:MOST]))
 
 
@@ -230,8 +221,7 @@ def comment(mark: str, body: Body, *lines: str) -> str:
 
 
 def remarks(mark: str, body: Body, *lines: str, doubt: str = "") -> str:
-    """As `comment`, for a target that is not in flange axes; `doubt` follows the
-    frame."""
+    """As `comment`, for a target not in flange axes; `doubt` follows the frame."""
     where = f"{body.frame} axes, from the {body.frame} origin{doubt}"
     what = "the object" if body.without else "what the sensor carries"
     what += "; the mass of the sensor itself and of an adapter is not in it"

@@ -49,8 +49,5 @@ def zyx_angles(rotation: Array) -> Array:
 
 
 TARGET = Target(
-    name="kuka",
-    description="KUKA: KRL load data",
-    write=write,
-    wants_flange=True,
+    name="kuka", description="KUKA: KRL load data", write=write, wants_flange=True
 )

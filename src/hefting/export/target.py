@@ -28,9 +28,7 @@ class Place:
     """Where a format keeps its inertial elements."""
 
     format: str
-    """Name of the format."""
     roots: tuple[str, ...]
-    """Possible root elements."""
     element: str
     """Element that holds the inertial."""
     parents: tuple[str, ...] | None
@@ -51,8 +49,7 @@ def _no_warnings(*_: Body | str) -> list[Message]:
 
 @dataclass(frozen=True)
 class Target:
-    """A form in which an estimate is written. It has either `write` or
-    `write_estimate`."""
+    """A form of a written estimate, with either `write` or `write_estimate`."""
 
     name: str
     """As given to `hefting.export.export` and ``hefting export --to``."""
@@ -65,8 +62,7 @@ class Target:
     write: Callable[[Body], str] | None = None
     """Text of a complete file, or lines to paste, of a body."""
     write_estimate: Callable[["Estimate", str], str] | None = None
-    """Text of the estimate itself in sensor axes, even if it is not consistent, with a
-    name."""
+    """Text of the estimate in sensor axes, even if not consistent, with a name."""
     is_read_back: bool = False
     """Whether `Estimate.load` reads the text; its suffixes are then listed first."""
     wants_flange: bool = False
@@ -79,15 +75,13 @@ class Target:
     in_sensor_axes: bool = False
     """Whether its numbers are in sensor axes for any pose of the sensor on the flange."""
     place: Place | None = None
-    """Where an existing file of the format holds inertials; None: it cannot be put into
-    one."""
+    """Where a file of the format holds inertials; None: it cannot be put into one."""
     inertial: Callable[[Body], str] | None = None
     """Text of that inertial; given if `place` is."""
     warnings: Callable[[Body], list[Message]] = _no_warnings
     """Warnings about a body in this form."""
     file_warnings: Callable[[str, str], list[Message]] = _no_warnings
-    """Warnings about the text of an existing file with the inertial of the element with
-    this name."""
+    """Warnings on a file's text with the inertial of the element of this name."""
 
 
 @dataclass
@@ -178,10 +172,7 @@ def _holder_named(
         what = f"no <{place.element}> is named '{name}'{nearest(name, names)}"
     listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     if not names:
-        fix = (
-            f"the file has no <{place.element}> with a name: if it includes others, give "
-            "the one that has it"
-        )
+        fix = f"the file has no <{place.element}> with a name: if it includes others, give the one that has it"
     elif len(matches) > len({each.scoped for each in matches}):
         fix = "give each a name of its own"
     else:

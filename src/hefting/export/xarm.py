@@ -1,5 +1,4 @@
-"""UFACTORY xArm: a call of set_tcp_load of the Python SDK, with its frame and units in
-a comment."""
+"""UFACTORY xArm: set_tcp_load of the Python SDK, with frame and units in a comment."""
 
 from hefting.export.body import Body
 from hefting.export.known import comment, in_double

@@ -71,8 +71,7 @@ class Agreement(Shown):
     intervals: dict[str, Array]
     """(2, 7) ends of their 95 % intervals; infinite if open"""
     apart: dict[tuple[str, str], Array]
-    """(7,) differences of each pair in standard deviations; 0 where one leaves the
-    quantity open"""
+    """(7,) differences of each pair in standard deviations; 0 where one is open"""
     verdicts: dict[str, Verdict]
     """of each estimate"""
 
@@ -112,8 +111,7 @@ class Agreement(Shown):
 
     @property
     def limit(self) -> float:
-        """Difference in standard deviations above which two estimates contradict one
-        another."""
+        """Standard deviations apart above which two estimates contradict each other."""
         return limit_of(len(self.apart))
 
     @property
@@ -130,8 +128,7 @@ class Agreement(Shown):
 
     @property
     def tested(self) -> bool:
-        """Whether two estimates determine the same quantity, so that a comparison is
-        possible."""
+        """Whether two estimates determine the same quantity, and can be compared."""
         known = [np.isfinite(ends).all(axis=0) for ends in self.intervals.values()]
         return bool((np.sum(known, axis=0) > 1).any())
 
@@ -226,8 +223,7 @@ def _values(body: InertialParameters) -> Array:
 
 
 def _intervals(estimate: Estimate) -> Array:
-    """(2, 7) ends of the intervals; those of principal moments by the covariance, to
-    first order."""
+    """(2, 7) ends of the intervals; of principal moments to first order."""
     values, ends = _values(estimate.parameters), np.full((2, 7), np.inf)
     ends[0] = -np.inf
     std = estimate.std
@@ -261,8 +257,7 @@ def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
 
 
 def _moments_apart(a: Estimate, b: Estimate) -> Array:
-    """(3,) differences of the moments of inertia along common axes in standard
-    deviations."""
+    """(3,) differences of moments along common axes in standard deviations."""
     J_a, J_b = a.parameters.inertia_at_com, b.parameters.inertia_at_com
     squares = [np.sum(_std_of_moments(e, np.eye(3)) ** 2) for e in (a, b)]
     known = np.isfinite(squares).all()
@@ -277,8 +272,7 @@ def _moments_apart(a: Estimate, b: Estimate) -> Array:
 
 
 def _apart(a: Array, of_a: Array, b: Array, of_b: Array) -> Array:
-    """(k,) differences of values a and b (k,) with intervals (2, k) in standard
-    deviations."""
+    """(k,) differences of a and b (k,) with intervals (2, k) in standard deviations."""
     a_is_less = a <= b
     std_a = np.where(a_is_less, of_a[1] - a, a - of_a[0]) / Z95
     std_b = np.where(a_is_less, b - of_b[0], of_b[1] - b) / Z95

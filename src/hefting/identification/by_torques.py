@@ -269,8 +269,7 @@ def calibrate_arm(
     torque_gains: Array | None = None,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> tuple[JointDynamics, EmptyRuns, list[Message]]:
-    """The arm without a payload, and messages; arguments and errors as for
-    `ByTorques.of`."""
+    """The arm alone, and messages; arguments and errors as for `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     recordings = [_cleaned(log) for log in recordings]
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
@@ -309,9 +308,6 @@ def _check_runs(
     for log, own in zip(recordings, samples, strict=True):
         require_arms_torques(own, dynamics, log.source)
         if own.digest in digests:
-            raise InputError(
-                "is given twice, with the payload, without it or as the `arm`",
-                log.source,
-                "give each recording once",
-            )
+            what = "is given twice, with the payload, without it or as the `arm`"
+            raise InputError(what, log.source, "give each recording once")
         digests.add(own.digest)

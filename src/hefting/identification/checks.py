@@ -61,8 +61,7 @@ Check = Callable[[Checked], Iterable[str]]
 
 
 def warnings_of(checked: Checked) -> tuple[str, ...]:
-    """Messages of all checks in order, without those that follow from a named
-    mistake."""
+    """Messages of all checks in order, without consequences of a named mistake."""
     messages = tuple(message for check in CHECKS for message in check(checked))
     doubt = checked.found.doubt
     return messages if doubt is None else doubt.without_consequences(messages)
@@ -84,10 +83,7 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
     whose, fix = "motion", ""
     if left_open(tool).any():
         whose, fix = "tool's estimate", " (record the gripper empty in motion)"
-    what = (
-        f"the {whose} leaves {' and '.join(names)} open{fix}: "
-        f"what is shown follows from {estimator.assumes}"
-    )
+    what = f"the {whose} leaves {' and '.join(names)} open{fix}: what is shown follows from {estimator.assumes}"
     return [warning("open-without-shape", what)]
 
 
@@ -193,7 +189,6 @@ CHECKS: list[Check] = [
     _not_converged,
     _not_physical,
 ]
-"""All checks, in the order of their messages."""
 
 
 def with_diagnostics(

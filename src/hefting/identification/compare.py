@@ -39,13 +39,11 @@ parameters and perfect motion."""
 PRECISE = 0.1
 """Uncertainty of least squares up to which the recording may overrule the shape."""
 SUFFICIENT = 0.2
-"""Uncertainty of least squares up to which a body without a shape beats point
-masses."""
+"""Uncertainty of least squares to which a body without a shape beats point masses."""
 LARGER_RESIDUAL = 1.1
 """Ratio of a residual to the least of all methods above which it is mentioned."""
 OUTSIDE = 0.02
-"""Depth outside the shape's hull, over its largest side, from which the COM contradicts
-the shape."""
+"""Depth outside the hull, over its largest side, that contradicts the shape."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,8 +85,7 @@ class Comparison(Answer):
 
     @property
     def shown(self) -> dict[str, Estimate]:
-        """Results to show side by side: those asked for, without the variants if all
-        were."""
+        """Results side by side: those asked for, without the variants if all were."""
         is_of_all = set(METHODS) <= {*self.results, *self.skipped}
         if not is_of_all or self.recommended in VARIANTS:
             return self.results

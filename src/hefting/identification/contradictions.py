@@ -68,8 +68,7 @@ class Contradiction:
 
 
 class _SameSensor(SensorAccuracy):
-    """An accuracy without the gain common to all channels, which is the same in all
-    recordings."""
+    """An accuracy without the gain of all channels, the same in all recordings."""
 
     @property
     def gain_std(self) -> float:

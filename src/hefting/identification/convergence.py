@@ -1,5 +1,4 @@
-"""Convergence: estimates from the samples up to several instants of a recording, or up
-to one."""
+"""Convergence: estimates up to several instants of a recording, or up to one."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -34,8 +33,7 @@ class Convergence:
     rows: np.ndarray
     """(n,) number of measurements seen, increasing; the last is all of them"""
     values: Array
-    """(n, 10) mass [kg], COM [m] and inertia at the COM [kg m²], as xx, xy, xz, yy, yz,
-    zz"""
+    """(n, 10) mass [kg], COM [m] and inertia there [kg m²], xx, xy, xz, yy, yz, zz"""
     low: Array | None
     """(n, 10) lower ends of their 95 % intervals, minus infinity where open; None where
     the method has none"""
@@ -93,8 +91,7 @@ def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
 
 
 def _states(estimator: Estimator, found: Ingested) -> Iterator[tuple[int, State]]:
-    """Number of measurements seen, and the estimator's state, at all instants but the
-    last."""
+    """Measurements seen, and the estimator's state, at all instants but the last."""
     total = len(found.measurements)
     instants = np.unique(np.linspace(0, total, INSTANTS + 1).astype(int))[1:-1]
     before, begin = estimator.start(), 0

@@ -157,11 +157,9 @@ def require_its_bias(estimator: Estimator, found: Ingested) -> None:
 
 def out_of_order(found: Ingested) -> InputError:
     """That a recording's samples are gone, which a method needs in order."""
-    return InputError(
-        "an accuracy to stop at (`until`) needs the samples in order",
-        found.log,
-        "leave it out, or identify the recordings themselves",
-    )
+    what = "an accuracy to stop at (`until`) needs the samples in order"
+    fix = "leave it out, or identify the recordings themselves"
+    return InputError(what, found.log, fix)
 
 
 def state_of(estimator: Estimator, part: Ingested) -> State:
@@ -175,11 +173,9 @@ def state_of(estimator: Estimator, part: Ingested) -> State:
     if state is None and part.has_samples:
         return estimator.update(estimator.start(), taken(estimator, part))
     if state is None:
-        raise InputError(
-            f"was condensed for another method than {estimator.name}",
-            part.log,
-            "condense it with the method and hyperparameters that identify it",
-        )
+        what = f"was condensed for another method than {estimator.name}"
+        fix = "condense it with the method and hyperparameters that identify it"
+        raise InputError(what, part.log, fix)
     if estimator.start().record is None:
         state = replace(state, record=None)
     count = part.samples / part.rows

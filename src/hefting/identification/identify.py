@@ -186,11 +186,9 @@ def calibration(
     # with all errors, as they are errors of every object
     covariance = np.asarray(estimate.covariance)
     if not np.isfinite(covariance.diagonal()[:4]).all():
-        raise NotIdentifiableError(
-            "the motion leaves the tool's centre of mass open",
-            found.log,
-            "turn the sensor about two axes or more",
-        )
+        what = "the motion leaves the tool's centre of mass open"
+        fix = "turn the sensor about two axes or more"
+        raise NotIdentifiableError(what, found.log, fix)
     nearest = LMI(**LMI.settings(known_of(found, None))).estimate(state).parameters
     if _is_within_noise(nearest.vector - estimate.parameters.vector, covariance):
         doubts = (m for m in map(coded, estimate.warnings) if m.code != "not-physical")

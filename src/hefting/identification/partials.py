@@ -155,7 +155,5 @@ def _require_parts(estimator: Estimator, found: Ingested) -> None:
     if estimator.asked is not None:
         raise out_of_order(found)
     if estimator.sampling is None:
-        raise InputError(
-            f"{estimator.name} has an `update` of its own, and no `sampling`",
-            fix="declare what its `update` depends on",
-        )
+        what = f"{estimator.name} has an `update` of its own, and no `sampling`"
+        raise InputError(what, fix="declare what its `update` depends on")

@@ -1,5 +1,4 @@
-"""From ingested recordings to a method's estimate, stopping at an accuracy that was
-asked for."""
+"""From ingested recordings to a method's estimate, stopping at a wanted accuracy."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,13 +20,11 @@ from hefting.ingest.joint import JointIngested, together, with_samples
 from hefting.ingest.several import Log, ingest_all
 
 SAMPLES_BEFORE_FIRST_CHECK = 50
-"""Number of samples before the first estimate; static poses are checked from the first
-one on."""
+"""Number of samples before the first estimate; of poses one."""
 SHORTEST_CHECK_INTERVAL = 0.1
 """[s] Shortest time between two estimates."""
 CHECK_INTERVAL_SHARE = 0.02
-"""Time between two estimates as a share of the recording so far, where that is
-longer."""
+"""Time between two estimates as a share of the recording so far, if longer."""
 
 
 def understand(

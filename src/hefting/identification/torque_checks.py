@@ -35,14 +35,12 @@ LEAST_LOAD = 2.0
 NEGATIVE = 4.0
 """The same ratio above which a negative mass is significant."""
 LARGEST_EFFORT = 3.0
-"""Torque of a joint over the URDF's limit, during half of the motion, that is
-impossible."""
+"""Impossible torque of a joint over the URDF's limit, during half of the motion."""
 LARGEST_TORQUE = 30.0
 """Torques over those that the URDF's arm needs, above which they have another unit: in
 simulated and real runs they were 0.9 to 1.8."""
 UNIT = 0.3, 5.0
-"""Smallest and largest normal `share_of_arm`: in simulated and real runs it was 0.7 to
-1.4."""
+"""Smallest and largest normal `share_of_arm`: in simulated and real runs 0.7 to 1.4."""
 ALIKE = 0.75, 0.975
 """Correlation in `share_of_arm` above which the ratio shows the unit, the second for
 ratios below `UNIT`. In right runs it was mostly above 0.98, for external or compensated
@@ -60,8 +58,7 @@ OPPOSED = -0.8
 """Correlation of the torques with those of the URDF's arm below which they, or gravity,
 have the other sign: in right runs it was at least 0.85."""
 OFF_AXIS = np.radians(15.0)
-"""Angle of gravity from an axis of the base above which errors of the links do not
-explain it."""
+"""Angle of gravity from an axis of the base that errors of links do not explain."""
 CHECKED = 300
 """Number of samples of a run that are compared with the URDF's arm."""
 
@@ -99,11 +96,9 @@ def require_arms_torques(
             "give them in N m",
         )
     if both < OPPOSED * (square * float((torque**2).sum())) ** 0.5:
-        raise InputError(
-            "the torques have the other sign than those of the URDF's arm",
-            source,
-            "give those that the motors exert on the links, or another `gravity`",
-        )
+        what = "the torques have the other sign than those of the URDF's arm"
+        fix = "give those that the motors exert on the links, or another `gravity`"
+        raise InputError(what, source, fix)
 
 
 def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
@@ -209,10 +204,7 @@ def of_rivals(
             turned = np.degrees(angle_between(dynamics.gravity, found))
             g, words = found.round(3), f"with gravity turned by {turned:.0f}°"
         fix = give_gravity(g)
-    what = (
-        f"the torques are explained far better {words} (residuals up to {times:.1f} "
-        f"times smaller): {fix}"
-    )
+    what = f"the torques are explained far better {words} (residuals up to {times:.1f} times smaller): {fix}"
     return [error("torques-of-other-arm", what, argument)]
 
 
@@ -259,10 +251,7 @@ def of_load(estimate: Estimate, fit: TorqueFit) -> Iterable[Message]:
     std = float(estimate.covariance[0, 0]) ** 0.5
     if estimate.mass > LEAST_LOAD * std:
         return mass_undetermined(estimate)
-    what = (
-        f"the torques show no load ({estimate.mass:.3g} ± {std:.2g} kg): "
-        f"{cause_of_no_load(fit)}"
-    )
+    what = f"the torques show no load ({estimate.mass:.3g} ± {std:.2g} kg): {cause_of_no_load(fit)}"
     return [error("no-load-seen", what)]
 
 

@@ -38,9 +38,7 @@ EXPLAINED_BY_RIVAL = SUSPECTS | {
 }
 """Codes of consequences of another order or sign of joints, or another gravity."""
 MOST_STEPS = 8
-"""Largest number of steps to the size of a tilt or of zeros."""
 SMALL_STEP = 0.05
-"""Relative size of the last step."""
 
 
 def of_suspect(
@@ -99,10 +97,7 @@ def of_delays(delays: Sequence[Suspect], empty: bool) -> list[Message]:
         for own in (True, False)
     )
     apart = f" in loaded runs, and {every:.0f} ms in empty ones" if empty else ""
-    what = (
-        f"torques come {loaded:.0f} ms after the positions{apart}, because of clocks or a "
-        "filter: corrected"
-    )
+    what = f"torques come {loaded:.0f} ms after the positions{apart}, because of clocks or a filter: corrected"
     return [note("torques-late", what)]
 
 
@@ -156,10 +151,7 @@ def _part_message(
 ) -> Message:
     """The message on a `Suspect.part` of a run; `sources` are the names of the runs."""
     number, first, last = part
-    when = (
-        f"from {first:.1f} s" if first else "",
-        f"to {last:.1f} s" if last else "",
-    )
+    when = (f"from {first:.1f} s" if first else "", f"to {last:.1f} s" if last else "")
     span = " ".join(filter(None, when)) or "all of it"
     what = (
         f"{sources[number]}: {span} its torques contradict the rest, as if "
@@ -192,8 +184,7 @@ def _tilt_message(
 def _joints_message(
     say: Callable[..., Message], suspect: Suspect, dynamics: JointDynamics, runs: str
 ) -> Message:
-    """The message on wrong zeros [rad], or gains, of the joints with the largest
-    ones."""
+    """The message on wrong zeros [rad], or gains, of the joints with the largest."""
     theta = suspect.theta
     large = np.flatnonzero(np.abs(theta) > 0.5 * np.abs(theta).max())
     if suspect.kind == "zeros":
@@ -204,10 +195,7 @@ def _joints_message(
         )
         return say("joint-zeros", what)
     each = (f"{dynamics.names[j]} {1.0 + theta[j]:.3g}" for j in large)
-    what = (
-        f"in {runs} torques seem to be too large by a factor, {', '.join(each)}: check "
-        "`torque_gains` and units"
-    )
+    what = f"in {runs} torques seem to be too large by a factor, {', '.join(each)}: check `torque_gains` and units"
     return say("torque-gain", what, "torque_gains")
 
 

@@ -20,8 +20,7 @@ from hefting.shapes import Shape
 
 @immutable
 class Truth:
-    """True parameters in the sensor frame, with the object's bounding box where it is
-    known."""
+    """True parameters in the sensor frame, with the bounding box where known."""
 
     parameters: InertialParameters
     extents: Array | None = None
@@ -41,10 +40,8 @@ class Truth:
         if extents is None and shape is not None:
             extents, axes = shape.extents, shape.pose[:3, :3]
         if extents is None:
-            raise InputError(
-                "the errors need the object's size",
-                fix="give `shape`, or mesh_extents_m in the truth",
-            )
+            what = "the errors need the object's size"
+            raise InputError(what, fix="give `shape`, or mesh_extents_m in the truth")
         return errors_between(estimate, self.parameters, extents, axes)
 
 

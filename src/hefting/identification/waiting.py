@@ -16,8 +16,7 @@ from hefting.motion import Motion
 from hefting.motion.spline import check_poses
 
 LONGEST_WAIT = 60.0
-"""[s] Time after which waiting samples are dropped, to bound the memory if a stream
-stops."""
+"""[s] Time after which waiting samples are dropped, in case a stream stops."""
 LONGEST_WRENCH_GAP = 0.1
 """[s] Instants between two wrench samples farther apart are left out: motion that is
 slow enough for people near by changes the wrench little in a tenth of a second."""
@@ -66,8 +65,7 @@ class Poses:
         return Poses(self.time[index], position, self.orientation[index])
 
     def __add__(self, later: "Poses") -> "Poses":
-        """With later poses; `InputError` if they are not later, or lack the
-        position."""
+        """With later poses; `InputError` if they are not later or lack the position."""
         if not len(self.time) or not len(later.time):
             return later if len(later.time) else self
         _check_later(self.time[-1], later.time[0], "time")
@@ -85,8 +83,7 @@ class Poses:
 
     @property
     def first_moved(self) -> int | None:
-        """Index of the first pose that differs from the first one by more than noise;
-        None for none."""
+        """Index of the first pose that differs by more than noise; None for none."""
         cosine = np.abs(self.orientation @ self.orientation[0]).clip(max=1.0)
         moved = 2.0 * np.arccos(cosine) > MOVED[1]
         if self.position is not None:

@@ -44,10 +44,8 @@ def tare(recording: Recording, start: float, end: float) -> Array:
         wrench.time <= recording.start + end
     )
     if not chosen.any():
-        raise InputError(
-            f"no wrench between {start:g} and {end:g} s to tare with",
-            where=recording.source,
-        )
+        what = f"no wrench between {start:g} and {end:g} s to tare with"
+        raise InputError(what, where=recording.source)
     return wrench.values[chosen].mean(axis=0)
 
 
@@ -80,11 +78,9 @@ def load_bias(path: str | Path) -> Array | BiasOfEstimate:
         if isinstance(data, dict):
             wrench = (data.get("provenance") or {}).get("wrench")
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
-        raise InputError(
-            f"holds no bias ({str(error)[:80]})",
-            where=path,
-            fix='write {"bias": [fx,fy,fz,tx,ty,tz]}',
-        ) from error
+        what = f"holds no bias ({str(error)[:80]})"
+        fix = 'write {"bias": [fx,fy,fz,tx,ty,tz]}'
+        raise InputError(what, where=path, fix=fix) from error
     if isinstance(data, dict) and data["bias"] is None:
         raise InputError("found no bias", path, "leave it out, or give `bias` none")
     if values.shape != (6,) or not np.isfinite(values).all():
@@ -107,10 +103,8 @@ def bias_of(
     if isinstance(given, str):
         if given in MODELS or (given.startswith(TARE) and _times(given)):
             return given
-        raise InputError(
-            f"unknown bias model '{given}'",
-            fix="use auto, none, estimate, tare:START,END, six numbers or a JSON file",
-        )
+        fix = "use auto, none, estimate, tare:START,END, six numbers or a JSON file"
+        raise InputError(f"unknown bias model '{given}'", fix=fix)
     values = frozen(given)
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError(

@@ -25,8 +25,7 @@ BLOCKS_AT_A_TIME = 10_000
 
 @immutable
 class Blocks:
-    """Averages of K samples over B blocks; with a slow sensor each sample is a
-    block."""
+    """Averages of K samples over B blocks; of a slow sensor each sample is a block."""
 
     time: Array
     """(B,) [s] mean of the samples' times"""

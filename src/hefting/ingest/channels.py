@@ -11,8 +11,7 @@ from hefting.core.spatial import WRENCH, Array, Mask, column_medians, distinct, 
 FEWEST_SAMPLES = 20
 """Number of samples from which on a constant channel is no chance."""
 SAMPLES_FOR_NOISE = 5000
-"""Number of samples, the first ones, from which the noise of a channel is found, to 2
-%."""
+"""Number of first samples from which the noise of a channel is found, to 2 %."""
 NOISY = 0.5
 """Level of noise by fourth differences over that by second ones, from which on a
 channel has noise. It is 1 for white noise, and next to 0 for a wrench without noise, of
@@ -73,11 +72,9 @@ def require_changing_wrench(recording: Recording) -> None:
     if not values.any() or np.ptp(values, axis=0).any():
         return
     if np.abs(q @ q[0]).min() < np.cos(0.5 * TURNED):
-        raise InputError(
-            "the wrench never changes, although the sensor turns",
-            recording.source,
-            "is the sensor connected, and are these its columns?",
-        )
+        what = "the wrench never changes, although the sensor turns"
+        fix = "is the sensor connected, and are these its columns?"
+        raise InputError(what, recording.source, fix)
 
 
 def has_noise(values: Array) -> Mask:
@@ -98,23 +95,18 @@ def still_pose_message(recording: Recording) -> Message | None:
         return None
     p = recording["position"].values if recording.has("position") else q
     what = "orientation" if (p != p[0]).any() else "pose"
-    text = (
-        f"the {what} never changes in {len(q)} samples: did the sensor stand still, or "
-        "its stream stop?"
-    )
+    text = f"the {what} never changes in {len(q)} samples: did the sensor stand still, or its stream stop?"
     return warning("pose-constant", text)
 
 
 def _equal(one: Array, other: Array) -> bool:
-    """Whether two channels (K,) are the same; most are excluded by their first
-    samples."""
+    """Whether two channels (K,) are the same; most differ in their first samples."""
     first = slice(SAMPLES_FOR_NOISE)
     return np.array_equal(one[first], other[first]) and np.array_equal(one, other)
 
 
 def quantisation_message(recording: Recording) -> Message | None:
-    """A message on the steps of force and torque if they exceed the noise, else
-    None."""
+    """Message on the steps of force and torque if they exceed the noise, else None."""
     wrench = recording["wrench"].values
     steps = _steps(wrench)
     if not steps.any():

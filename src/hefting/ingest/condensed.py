@@ -7,7 +7,6 @@ time scales grows, with the logarithm of the number of samples.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
-from functools import reduce
 from typing import Any, Self
 
 import numpy as np
@@ -33,8 +32,7 @@ class Excitation:
     directions: Array
     """(4, 4) triangular factor of [direction of gravity | 1], by weight"""
     angular_noise: float = 0.0
-    """[rad/s²] standard deviation of the angular acceleration; 0 where it is not
-    known"""
+    """[rad/s²] standard deviation of the angular acceleration; 0 where unknown"""
 
     @classmethod
     def of(cls, measurements: Measurements) -> Self:
@@ -46,7 +44,7 @@ class Excitation:
     @classmethod
     def of_all(cls, each: Sequence[Self], moments: Moments) -> Self:
         """That of several recordings, whose common moments are `moments`."""
-        rows = reduce(_stacked, [one.directions for one in each])
+        rows = triangular(np.concatenate([one.directions for one in each]))
         return cls(moments, rows, max(one.angular_noise for one in each))
 
     @property
@@ -102,10 +100,6 @@ def directions_of(measurements: Measurements) -> Array:
     if z.weights is not None:
         rows *= np.sqrt(z.weights)[:, None]
     return triangular(rows)
-
-
-def _stacked(first: Array, second: Array) -> Array:
-    return triangular(np.concatenate((first, second)))
 
 
 FULL = ("full",)

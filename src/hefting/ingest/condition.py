@@ -53,13 +53,11 @@ MOST_FITTED_SAMPLES = 100_000
 """Largest number of samples that are fitted directly; of longer recordings block
 medians are fitted."""
 MOST_FITTED_BLOCKS = 10_000
-"""Largest number of block medians that are fitted; of longer recordings evenly chosen
-ones."""
+"""Largest number of block medians that are fitted; of more, evenly chosen ones."""
 FEWEST_CONDITIONED_SAMPLES = 12
 """Number of samples below which a recording is not conditioned."""
 GRAVITY_INSTANTS = 2000
-"""Number of instants at which gravity's direction is evaluated to find its
-autocorrelation time."""
+"""Number of instants of gravity's direction from which its autocorrelation is found."""
 KNOT_SPACING_IN_CORRELATION_TIMES = 3.0
 """Smallest distance between bias knots, in autocorrelation times of gravity's direction
 in sensor axes."""

@@ -81,8 +81,7 @@ class Conditioned:
     """Clock offset, sign, bias, gravity, noise and outliers of a recording."""
 
     parameters: Array
-    """(10,) by least squares on the inliers, with the sign convention of
-    `hefting.core.spatial`"""
+    """(10,) by least squares on inliers, with the signs of `hefting.core.spatial`"""
     covariance: Array
     """(10, 10) of the parameters for coloured residuals, with the uncertainty of
     offset, bias and gravity; infinite where open"""
@@ -97,8 +96,7 @@ class Conditioned:
     bias: Drift
     """as recorded, as a function of time"""
     biased: bool
-    """whether the motion separates a bias from the object's weight; if not, none is
-    assumed"""
+    """whether the motion separates a bias from the weight; if not, none is assumed"""
     gravity: Array
     """(3,) in world axes [m/s²], as given or found"""
     tilt_std: float | None
@@ -114,8 +112,7 @@ class Conditioned:
     reasons: dict[str, int]
     """number of samples left out as contact, spikes and saturation"""
     inflation: Array
-    """(16,) variance of each parameter and component of a bias over that for white
-    residuals"""
+    """(16,) variance of parameters and bias components over that for white residuals"""
     findings: tuple[Message, ...]
     """sentences on what was found and corrected"""
     warnings: tuple[Message, ...] = ()
@@ -125,8 +122,7 @@ class Conditioned:
     the wrench, or half of the difference to a longer lag that fits as well; else zero
     """
     path: Path | None = field(default=None, repr=False)
-    """the motion that was fitted: as logged, or filtered like a low-pass filtered
-    wrench"""
+    """the motion that was fitted: as logged, or filtered like a filtered wrench"""
     changes: Changes | None = None
     """of the object; None if there are none"""
     curves: Curves | None = field(default=None, repr=False)

@@ -16,8 +16,7 @@ CLOSEST_KNOTS = 12.0
 """[s] Smallest distance between knots of a drifting bias. With closer knots the bias
 would fit the object's wrench."""
 MOST_KNOTS = 81
-"""Largest number of knots of a drifting bias; it bounds the size of the normal
-equations."""
+"""Largest number of knots of a drifting bias; to bound the normal equations."""
 DRIFT_KINDS = ("constant", "linear", "random walk")
 """Names of a bias with one, two, and three or more knots."""
 
@@ -81,8 +80,7 @@ class HatFunctions:
     knots: Array
     """(n,) [s]"""
     functions: Array
-    """(K, 1) or (K, 2) values at each sample of the functions that are not zero
-    there"""
+    """(K, 1) or (K, 2) values at each sample of the functions not zero there"""
     bounds: Indices
     """(s + 1,) indices of the first sample of each interval between knots, and the
     number of samples"""
@@ -129,8 +127,7 @@ class HatFunctions:
         return out
 
     def project(self, rows: Array) -> Array:
-        """(n, d) inner product of each basis function with each column of `rows` (K,
-        d)."""
+        """(n, d) inner products of the functions with the columns of `rows` (K, d)."""
         if self.n == 1:
             return self.functions.T @ rows
         products = np.zeros((self.n, rows.shape[1]))
@@ -141,8 +138,7 @@ class HatFunctions:
         return products
 
     def gram(self, weights: Array) -> Array:
-        """Weighted inner products (n, n) of the functions with each other, weights
-        (K,)."""
+        """Weighted inner products (n, n) of the functions, weights (K,)."""
         out = np.zeros((self.n, self.n))
         width = self.functions.shape[1]
         for i, piece in enumerate(self._intervals()):

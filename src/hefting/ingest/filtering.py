@@ -29,16 +29,14 @@ Response = Callable[[Complex], Complex]
 
 @immutable
 class Signal:
-    """An evenly sampled signal to be filtered repeatedly. Before its start it had its
-    first value."""
+    """An evenly sampled signal to filter repeatedly; before it, its first value."""
 
     values: Array
     """(K, n)"""
     rate: float
     """of the samples [Hz]"""
     _spectra: dict[int, tuple[Complex, Complex]] = field(default_factory=dict)
-    """By the length of the transform: s, and the spectrum of the change from the first
-    value."""
+    """By transform length: s, and the spectrum of the change from the first value."""
 
     def change_through(self, response: Response, lasting: float) -> Array:
         """(K, n) filtered change from the first value; the response decays by a factor
@@ -69,8 +67,7 @@ class Ahead:
 
     @classmethod
     def of(cls, grid: Array, values: Array, longest: float) -> "Ahead":
-        """From values (n, m) at even instants (n,), for time constants up to `longest`
-        [s]."""
+        """Of values (n, m) at even instants (n,), for constants up to `longest` [s]."""
         step = (grid[-1] - grid[0]) / (len(grid) - 1)
         slope = (values[1] - values[0]) / step
         steady = values[0] + (grid - grid[0])[:, None] * slope

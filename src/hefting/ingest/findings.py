@@ -26,7 +26,6 @@ LARGEST_SATURATED_SHARE = 0.05
 """Share of saturated samples above which the answer is wrong: with a tenth of the
 samples clipped a mass was found 15 % too small."""
 MOST_NUMBERS = 5
-"""Largest number of odd poses that are listed by number."""
 LARGEST_REJECTED_SHARE = 0.4
 """Share of rejected samples above which a warning is given."""
 
@@ -110,8 +109,7 @@ def _offset_notes(found: Conditioned, rejected: RejectedOffset | None) -> list[M
 
 
 def _outlier_notes(outliers: Outliers, recording: Recording) -> list[Message]:
-    """Notes on contacts, spikes or odd poses, and saturated samples that were left
-    out."""
+    """Notes on contacts, spikes or odd poses, and saturated samples left out."""
     said: list[Message] = []
     if outliers.contact.any():
         interval = median(np.diff(recording["wrench"].time))

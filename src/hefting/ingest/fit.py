@@ -51,8 +51,7 @@ class Fit:
     """(B,) of the blocks, by their counts and the motion's errors; zero if rejected or
     without known motion"""
     spread: Array
-    """(B,) factor by which the motion's errors widen a block's residual, 1 in the
-    median"""
+    """(B,) widening of a block's residual by the motion's errors, 1 in the median"""
     residual: Array
     """(B, 6) measured less predicted wrench [N, N m]"""
     solution: Solution

@@ -33,8 +33,7 @@ SMALLEST_GRAVITY_CHANGE = 0.03
 """Root-mean-square change of gravity in sensor axes, relative to its size, below which
 the distance of the COM is undetermined beside a free bias."""
 TYPICAL_SIZE = 0.2
-"""[m] Size of a held object by which undetermined parameters are judged without a
-shape."""
+"""[m] Size of a held object by which parameters count as open without a shape."""
 
 
 @immutable
@@ -42,11 +41,9 @@ class FreeFit:
     """Result of unconstrained least squares, weighted by its own residuals."""
 
     vector: Array
-    """(10,) Parameters about the sensor origin, with the sign of the recorded
-    wrench."""
+    """(10,) Parameters about the sensor origin, of the recorded wrench's sign."""
     bias: Array | None
-    """(6,) [N, N m] Constant bias, or (n, 6) of n recordings; None if it is not
-    free."""
+    """(6,) [N, N m] Constant bias, or (n, 6) of n recordings; None if not free."""
     covariance: Array
     """(10, 10), or (16, 16) with a bias of one recording, for autocorrelated residuals;
     infinite where undetermined."""
@@ -78,8 +75,7 @@ class FreeFit:
 
     @property
     def mass_is_open(self) -> bool:
-        """Whether the mass is undetermined, or within three standard deviations of
-        zero."""
+        """Whether the mass is undetermined, or within three deviations of zero."""
         return not abs(self.mass_t) >= SIGNIFICANT
 
     def open_parameters(self, size: float) -> tuple[str, ...]:
@@ -102,8 +98,7 @@ class FreeFit:
 
     @property
     def bias_t(self) -> Array:
-        """(6,) each component of the bias over its standard deviation; 0 where
-        undetermined."""
+        """(6,) the bias over its standard deviations; 0 where undetermined."""
         if self.bias is None:
             return np.zeros(6)
         std = np.sqrt(self.covariance.diagonal()[10:])

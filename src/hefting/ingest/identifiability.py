@@ -96,8 +96,7 @@ def _columns(moments: Moments, model: str, size: float = 1.0) -> Array:
 
 @immutable
 class Identifiability:
-    """Ranks and condition numbers of a motion, and the parameters that a recording
-    leaves open."""
+    """Ranks and condition numbers of a motion, and what a recording leaves open."""
 
     rank_full: int
     """of 10"""
@@ -261,11 +260,9 @@ class _Reasons:
             what = f"sensor {name}" if len(name) == 1 else "this direction"
             if tilt < STILL:
                 return f"{what} never left the vertical"
-            return (
-                f"{what} stayed within about {_degrees(tilt)} of the vertical"
-                if tilt < NARROW
-                else None
-            )
+            if tilt < NARROW:
+                return f"{what} stayed within about {_degrees(tilt)} of the vertical"
+            return None
         if self._turn < STILL:
             return "gravity kept its direction in sensor axes, so a bias cannot be told from weight"
         if (

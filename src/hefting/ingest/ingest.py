@@ -1,5 +1,4 @@
-"""Ingest: all that estimators need to know of a recording, found once before any
-method."""
+"""Ingest: all that estimators need of a recording, found once before any method."""
 
 from dataclasses import replace
 from functools import partial
@@ -34,12 +33,7 @@ from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import ChosenPart, choose_part, left_out_of
 from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.rivals.consequence import Doubt
-from hefting.ingest.sign_and_bias import (
-    Fitted,
-    choose_sign,
-    fit_samples,
-    sign_warnings,
-)
+from hefting.ingest.sign_and_bias import Fitted, choose_sign, fit_samples, sign_warnings
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_drift,
@@ -52,11 +46,7 @@ from hefting.ingest.unmeasured import (
     without_faulty_poses,
     without_stalled_wrench,
 )
-from hefting.ingest.weights import (
-    acceleration_message,
-    motion_noise_of,
-    weights_of,
-)
+from hefting.ingest.weights import acceleration_message, motion_noise_of, weights_of
 from hefting.logs.given import as_recording
 from hefting.motion import Measured
 from hefting.motion.measure import Source
@@ -250,11 +240,8 @@ def _averages_of(
         recording, found, motion, drift=may_be_biased
     )
     if not np.any(measured.measurements.wrench):
-        raise InputError(
-            "the wrench is zero throughout",
-            where=recording.source,
-            fix="check its columns",
-        )
+        what = "the wrench is zero throughout"
+        raise InputError(what, where=recording.source, fix="check its columns")
     z = replace(
         measured.measurements,
         weights=weights_of(found, measured, counts),
@@ -301,10 +288,8 @@ def _messages(
 def check_convention(wrench: str) -> None:
     """`InputError` for a word that is no sign convention of a wrench."""
     if wrench not in ("auto", "on-object", "on-sensor"):
-        raise InputError(
-            f"unknown wrench convention '{wrench}'",
-            fix="use auto, on-object or on-sensor",
-        )
+        what = f"unknown wrench convention '{wrench}'"
+        raise InputError(what, fix="use auto, on-object or on-sensor")
 
 
 def _conditioning_warnings(

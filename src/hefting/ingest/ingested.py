@@ -158,8 +158,7 @@ class Ingested:
 
     @property
     def weighted_by_count(self) -> Measurements:
-        """The measurements with a mean weight of one for each sample of the log, not
-        for each row."""
+        """The measurements with a mean weight of one a sample of the log, not a row."""
         z = self.measurements
         if z.weights is None:
             return z

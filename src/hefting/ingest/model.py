@@ -43,8 +43,7 @@ RESIDUAL_SCALE_FLOOR = 1e-9
 FEATURES = 12
 """Number of features of the motion: a - g, alpha and vech(w w')."""
 REGRESSOR_BY_FEATURE = FULL_MAP.reshape(FEATURES, 6, 10)
-"""(12, 6, 10) full regressor per unit of each motion feature: see
-`hefting.core.regressor`."""
+"""(12, 6, 10) regressor per unit of motion feature: see `hefting.core.regressor`."""
 
 
 @dataclass(frozen=True)
@@ -107,8 +106,7 @@ class Problem:
 
 @immutable
 class Model:
-    """The model of each block, linearised about a clock offset and a direction of
-    gravity."""
+    """Model of each block, linearised about an offset and a direction of gravity."""
 
     reading: Reading
     offset: float
@@ -207,10 +205,7 @@ def _read_motion(
     problem: Problem, wanted: Array, reading: Reading | None, *, final: bool
 ) -> Reading:
     """The motion at or near the `wanted` times (B,): the given `reading` if it is near
-    enough, else a new one.
-
-    Its mask `known` is that of the wanted times.
-    """
+    enough, else a new one. Its mask `known` is that of the wanted times."""
     path = problem.path
     inside = np.clip(wanted, path.first, path.last)
     largest_step = LARGEST_TAYLOR_STEP[path.smooth][final]
@@ -264,8 +259,7 @@ def tangents_of(gravity: Array) -> Array:
 
 
 def tilt_gravity(gravity: Array, change: Array) -> Array:
-    """Gravity (3,) moved by `change` (2,) [m/s²] along its tangents, its length
-    kept."""
+    """Gravity (3,) moved by `change` (2,) [m/s²] along its tangents, length kept."""
     moved = gravity + change @ tangents_of(gravity)
     return moved * (np.linalg.norm(gravity) / np.linalg.norm(moved))
 
@@ -284,8 +278,7 @@ class Solution:
     """Solution of weighted normal equations."""
 
     core: Array
-    """(core,) parameters, then changes of offset and tilt: see
-    `hefting.ingest.model.Layout`"""
+    """(core,) parameters, changes of offset and tilt: `hefting.ingest.model.Layout`"""
     bias: Array
     """(n, 6) at the knots [N, N m]"""
     inverse: Array

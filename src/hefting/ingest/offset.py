@@ -23,8 +23,7 @@ FINE_OFFSET_STEP = 0.002
 """[s] Spacing of the second grid, about the best of the first one, which is used for
 accelerometers: they measure vibrations too fast for the first grid."""
 FIRST_SCAN_RANGE = 0.2
-"""[s] Half the width of the first grid, which is doubled while the best offset is at an
-edge."""
+"""[s] Half the width of the first grid, doubled while the best offset is at an edge."""
 MOST_DOUBLINGS = 3
 """Largest number of doublings of the grid's range."""
 UNEXPLAINED_CHANGE_SHARE = 0.5

@@ -40,8 +40,7 @@ found beyond 40 ms that leave less than half gain at most 73, and 153 for play."
 LARGE_OFFSET = 0.1
 """[s] Larger offsets must also explain half of the squared residuals."""
 LARGEST_SHARE_LEFT = 0.5
-"""Largest share of the squared residuals at zero offset that a large offset may
-leave."""
+"""Largest share of the squared residuals at zero offset a large offset may leave."""
 CLEAR_GAIN_SHARE = 0.2
 """Share of its gain by which the best offset must exceed the best one outside its
 neighbourhood, with a worse one between them."""

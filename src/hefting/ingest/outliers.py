@@ -11,11 +11,9 @@ from hefting.core.spatial import Array, Indices, Mask, median, runs_of, squared_
 CELL_DURATION = 0.05
 """[s] Duration of a cell. Contacts are found as sequences of cells."""
 FEWEST_SAMPLES_PER_CELL = 4
-"""Smallest average number of samples in a cell; with slower sensors cells last
-longer."""
+"""Smallest average number of samples in a cell; slow sensors' cells last longer."""
 AVERAGED_CELLS = (1, 4)
-"""Numbers of cells over which residuals are averaged: 1 for short contacts, 4 for weak
-ones."""
+"""Cells over which residuals are averaged: 1 for short contacts, 4 for weak ones."""
 CONTACT_PEAK = 7.0
 """Normalised residual that a contact reaches at least once. The length of six standard
 normal components exceeds 7 once in 10⁸ times."""
@@ -35,15 +33,13 @@ SENSOR_DELAY = 0.003
 """[s] Error of an imperfect sensor, in units of the wrench's rate of change: sensors
 lag and ring."""
 ROWS_FOR_MEDIAN = 20_000
-"""Largest number of rows from which a median is taken, to a hundredth of a standard
-deviation."""
+"""Most rows from which a median is taken, to a hundredth of a standard deviation."""
 SMALLEST_SPREAD = 1e-12
 """[N, N m] Lower bound on the spread of residuals, against division by zero."""
 LARGEST_OUTLIER_SHARE = 0.6
 """Share of outliers above which none is rejected: then the model is wrong."""
 FEWEST_SATURATED_SAMPLES = 5
-"""Number of samples at the extreme value of a channel from which on that may be the
-sensor's limit."""
+"""Number of samples at a channel's extreme that may be the sensor's limit."""
 
 
 @immutable
@@ -138,8 +134,7 @@ def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
 def _imperfection(
     time: Array, predicted: Array, cell: Indices, changes: Array
 ) -> Array:
-    """(C, 2) error of an imperfect sensor in force [N] and torque [N m] in each
-    cell."""
+    """(C, 2) error of an imperfect sensor in force [N] and torque [N m] by cell."""
     square = squared_lengths(np.gradient(predicted.T.copy(), time, axis=1).T)
     mean = (
         np.column_stack([np.bincount(cell, column) for column in square.T])
@@ -182,8 +177,7 @@ def _never_rests(values: Array) -> bool:
 
 
 def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:
-    """Medians (C, d) of the known samples r (K, d) in each cell, and their number
-    (C,)."""
+    """Medians (C, d) of known samples r (K, d) in each cell, and their number (C,)."""
     order = (
         np.arange(len(cell))
         - np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1))[cell]
@@ -227,8 +221,7 @@ def _spread(values: Array, least: Array) -> Array:
 
 
 def _length(values: Array, scale: Array) -> Array:
-    """(C,) length of residuals (C, 6) over the standard deviations (2,) of force and
-    torque."""
+    """(C,) length of residuals (C, 6) over standard deviations (2,)."""
     square = squared_lengths(values) * np.maximum(scale, SMALLEST_SPREAD) ** -2.0
     return np.sqrt(square[:, 0] + square[:, 1])
 

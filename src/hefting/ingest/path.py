@@ -21,13 +21,7 @@ from hefting.core.spatial import (
 )
 from hefting.motion import Curves, SmoothedPoses, smooth_poses
 from hefting.motion.bspline import TIMES_EVALUATED_TOGETHER
-from hefting.motion.measure import (
-    TWIST,
-    Source,
-    may_move,
-    nearest_rows,
-    reads_columns,
-)
+from hefting.motion.measure import TWIST, Source, may_move, nearest_rows, reads_columns
 from hefting.motion.state import angular_motion
 
 FEWEST_POSES_OF_PATH = 8
@@ -39,8 +33,7 @@ MOTION_COLUMNS = slice(0, 12)
 """Columns of a reading that hold a, alpha and vech(w w'), as in
 `hefting.core.regressor` but with a instead of a - g."""
 WORLD_AXES_COLUMNS = slice(12, 21)
-"""Columns of a reading that hold the rotation matrix (3, 3) from world to sensor axes,
-by rows."""
+"""Columns of a reading of the rotation (3, 3) from world to sensor axes, by rows."""
 
 
 Read = Callable[[Array, bool], tuple[Array, Array, Mask]]
@@ -53,8 +46,7 @@ class Reading:
     """Motion at K times in sensor axes, with its derivatives by time."""
 
     time: Array
-    """(K,) [s] Times of the values: those asked for, limited to the time span of the
-    motion."""
+    """(K,) [s] Times of the values: those asked for, limited to the motion's span."""
     value: Array
     """(K, 21): see `MOTION_COLUMNS` and `WORLD_AXES_COLUMNS`"""
     rate: Array
@@ -188,7 +180,8 @@ def path_of(
 def static_path(recording: Recording) -> Path:
     """Path without motion: static poses, or a pose that is held."""
     orientation = recording["orientation"]
-    world = _world_to_sensor_rows(orientation.values)
+    turned = np.swapaxes(rotation_matrices(orientation.values), 1, 2)
+    world = turned.reshape(-1, 9)  # from world to sensor axes, by rows
     read = partial(_read_static, orientation.time, world)
     return Path("static", -np.inf, np.inf, read, np.inf)
 
@@ -200,11 +193,6 @@ def _read_static(
     K = len(time)
     rows = np.hstack((np.zeros((K, 12)), world[row]))
     return rows, np.zeros((2, K)), np.ones(K, dtype=bool)
-
-
-def _world_to_sensor_rows(quaternions: Array) -> Array:
-    """(K, 9) rotation matrices from world to sensor axes, by rows."""
-    return np.swapaxes(rotation_matrices(quaternions), 1, 2).reshape(-1, 9)
 
 
 def _reading_rows(
@@ -237,11 +225,7 @@ def _pose_path(curves: Curves) -> Path:
 
 
 def _read_scaled(
-    read: Read,
-    linear: float,
-    angular: float,
-    time: Array,
-    spread: bool,
+    read: Read, linear: float, angular: float, time: Array, spread: bool
 ) -> tuple[Array, Array, Mask]:
     value, variances, known = read(time, spread)
     factors = np.ones(value.shape[1])

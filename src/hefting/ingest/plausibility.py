@@ -20,14 +20,11 @@ wrong unit or pose."""
 HEAVIEST_OBJECT = 1000.0
 """[kg] Larger masses indicate a wrong unit of force."""
 UNUSUALLY_HEAVY = 100.0
-"""[kg] Mass above which the unit of force is in doubt: a wrench in mN fits equally
-well."""
+"""[kg] Mass above which the unit of force is in doubt: a wrench in mN fits as well."""
 UNUSUALLY_LIGHT = 0.01
-"""[kg] Mass below which it is in doubt too, if the noise is as small as of a wrench in
-kN."""
+"""[kg] Mass below which it is so too, if noise is as small as of a wrench in kN."""
 LEAST_NOISE = 1e-3
-"""[N] Noise below that of any sensor: one of the finest, ATI's Nano17, resolves 3
-mN."""
+"""[N] Noise below any sensor's: one of the finest, ATI's Nano17, resolves 3 mN."""
 LEAST_INERTIA = -4.0
 """Standard deviations from which on the sum of the moments of inertia is negative: in 110
 right simulated recordings it is -1.9 at least."""
@@ -184,11 +181,8 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
     fit, source = found.fit, found.log
     mass = 0.0 if fit.mass_is_open else abs(fit.mass)
     if mass > HEAVIEST_OBJECT:
-        raise InputError(
-            f"the force would need {mass:.3g} kg",
-            source,
-            "give it in newtons; check `gravity`",
-        )
+        what = f"the force would need {mass:.3g} kg"
+        raise InputError(what, source, "give it in newtons; check `gravity`")
     reach = LONGEST_OBJECT
     if shape is not None:
         volume = float(np.prod(shape.extents))
@@ -263,10 +257,7 @@ def mass_warnings(found: Ingested) -> list[Message]:
         told, unit = f"{1e3 * mass:.2g} g", "kN"
     else:
         return []
-    what = (
-        f"the object would weigh {told}: is the wrench in newtons and newton-metres, "
-        f"not {unit} and {unit} m?"
-    )
+    what = f"the object would weigh {told}: is the wrench in newtons and newton-metres, not {unit} and {unit} m?"
     return [warning("mass-unusual", what)]
 
 

@@ -23,8 +23,7 @@ from hefting.ingest.samples import Samples, find_odd_pose, find_outliers_of_fit
 from hefting.ingest.uncertainty import Uncertainty, estimate_uncertainty
 
 MOST_BLOCKS_OF_FIRST_FIT = 6_000
-"""Largest number of blocks in the first robust fit and in the choice of the number of
-bias knots."""
+"""Largest number of blocks in the first robust fit and the choice of bias knots."""
 CLEARLY_SMALLER_SCALES = 0.99
 """Ratio of the product of force and torque scales below which reversed gravity is
 accepted: with the other sign of the wrench, only accelerations distinguish it."""
@@ -77,8 +76,7 @@ class RobustFit(InlierFit):
 
     @property
     def mass_is_open(self) -> bool:
-        """Whether the mass is undetermined, or within three standard deviations of
-        zero."""
+        """Whether the mass is undetermined, or within three deviations of zero."""
         return not abs(self.fit.phi[0]) >= SIGNIFICANT * self.uncertainty.mass_std
 
     @property
@@ -162,8 +160,7 @@ def fit_without_outliers(samples: Samples, problem: Problem, start: Fit) -> Inli
 
 
 def _differ(one: Outliers, other: Outliers) -> bool:
-    """Whether two outlier masks differ in more than a negligible share of the
-    samples."""
+    """Whether two outlier masks differ in more than a negligible share of samples."""
     return float(np.mean(one.rejected != other.rejected)) > NEGLIGIBLE_MASK_CHANGE
 
 
@@ -262,8 +259,7 @@ def _without_bias(samples: Samples, gravity: Array, found: RobustFit) -> RobustF
 def remove_offset(
     samples: Samples, gravity: Array, first: InlierFit, found: RobustFit
 ) -> RobustFit:
-    """The fit without a clock offset, if the one `found` after the `first` fit is not
-    used."""
+    """The fit without clock offset, if that `found` after `first` is not used."""
     problem = replace(first.problem, free_offset=False)
     if abs(found.fit.offset) >= OFFSET_WITHOUT_EFFECT_ON_OUTLIERS:
         everything = replace(problem, blocks=samples.blocks())
@@ -333,8 +329,7 @@ def offset_is_significant(found: RobustFit) -> bool:
 
 
 def fastest_frequency(problem: Problem) -> float:
-    """Largest frequency [1/block] at which the motion counts as that of a rigid
-    body."""
+    """Largest frequency [1/block] at which the motion counts as of a rigid body."""
     if problem.path.gravity_measured or problem.path.kind == "static":
         return 0.5
     if len(problem.time) < 2:

@@ -131,8 +131,7 @@ def _reweighted(
 
 
 def _distances(square: Array, variance: Array) -> Array:
-    """(O, K) squared residuals of force and torque (O, K, 2) over their variances (O,
-    2)."""
+    """(O, K) squared residuals of force and torque (O, K, 2) over variances (O, 2)."""
     return (square @ (1.0 / variance)[:, :, None])[:, :, 0]
 
 

@@ -21,23 +21,16 @@ from hefting.core.spatial import (
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Problem
-from hefting.ingest.outliers import (
-    Outliers,
-    find_odd_poses,
-    find_outliers,
-    no_outliers,
-)
+from hefting.ingest.outliers import Outliers, find_odd_poses, find_outliers, no_outliers
 
 FEWEST_SAMPLES_FOR_OUTLIERS = 40
 """Number of samples below which no sample is rejected."""
 FEWEST_POSES_FOR_OUTLIERS = 12
 """Number of static poses below which no pose is rejected."""
 SAMPLES_AT_A_TIME = 200_000
-"""Number of samples of a long recording in which outliers are found together, to bound
-the memory."""
+"""Number of samples of a long recording searched together, to bound the memory."""
 FEWEST_POSES = 6
-"""Least number of poses for one to be left out: mass, COM and bias need three
-others."""
+"""Least number of poses for one to be left out: mass, COM and bias need 3 others."""
 ODD = 50.0
 """r' S^-1 r / 6 above which a pose is odd. It is at most 12 in 400 right simulated sets
 of 6 to 11 poses, 13 in 1,200 choices of a real sensor's, and 45 in 2,800 with a mistake

@@ -80,8 +80,6 @@ def _biases(bias: Any, n: int) -> list[Any]:
     if isinstance(bias, str) or np.ndim(bias) != 2:
         return [bias] * n
     if len(bias) != n:
-        raise InputError(
-            f"there are {len(bias)} biases for {n} recordings",
-            fix="give `bias` once for all, or one for each",
-        )
+        what = f"there are {len(bias)} biases for {n} recordings"
+        raise InputError(what, fix="give `bias` once for all, or one for each")
     return list(bias)

@@ -49,11 +49,7 @@ class FreeFits:
 
 
 def choose_bias(
-    found: Conditioned,
-    fits: FreeFits,
-    *,
-    may_be_biased: bool,
-    is_auto: bool,
+    found: Conditioned, fits: FreeFits, *, may_be_biased: bool, is_auto: bool
 ) -> tuple[bool, list[Message]]:
     """Whether to estimate a constant bias with the object, and a warning where the motion
     does not determine one.

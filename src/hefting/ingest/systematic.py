@@ -110,8 +110,7 @@ def with_gravity_scaled(state: SampleState, factor: float) -> SampleState:
 
 
 def offset_error(found: Conditioned) -> float:
-    """Standard deviation [s] of what is left of a clock offset; zero without a clock or
-    motion."""
+    """[s] Standard deviation left of a clock offset; zero without a clock or motion."""
     if found.offset_std is None:
         return 0.0
     known = np.isfinite(found.offset_std)

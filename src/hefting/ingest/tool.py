@@ -93,9 +93,7 @@ def load_tool(given: Estimate | Answered | str | Path) -> Estimate:
     writes. Raises `InputError` for what is no estimate, or has no mass."""
     tool = estimate_given(given)
     if not tool.parameters.mass > 0.0:
-        raise InputError(
-            f"the tool has a mass of {tool.parameters.mass:.3g} kg",
-            given if isinstance(given, str | Path) else None,
-            "leave it out",
-        )
+        what = f"the tool has a mass of {tool.parameters.mass:.3g} kg"
+        fix = "leave it out"
+        raise InputError(what, given if isinstance(given, str | Path) else None, fix)
     return tool

@@ -51,11 +51,9 @@ class Uncertainty:
     spectrum: Array
     """(F, 6) of its whitened residuals; white residuals of the fit's scale have 1"""
     naive: Array
-    """(q,) variances of the unknowns for white residuals; infinite where
-    undetermined"""
+    """(q,) variances of the unknowns for white residuals; infinite if undetermined"""
     slow: float
-    """spectrum at the lowest frequencies, which determines the variance of sums of
-    residuals"""
+    """spectrum at lowest frequencies, which sets the variance of sums of residuals"""
     bias: Array
     """(n, 6) standard deviations of the bias at its knots [N, N m]; infinite where
     undetermined"""
@@ -63,8 +61,7 @@ class Uncertainty:
     """(6, 6) covariance of a linear drift, the bias at its last knot less that at its
     first [N², N² m, N² m²]; None without two determined knots"""
     step: Array
-    """(q,) difference of the solution of generalised least squares from that of the
-    fit"""
+    """(q,) solution of generalised least squares less the fit's"""
     step_std: Array
     """(q,) standard deviations of the solution of generalised least squares; infinite
     where undetermined"""
@@ -84,7 +81,8 @@ class Uncertainty:
             weights = np.sqrt(self.fit.weights[segment])
             influences = _influences(self.fit, segment, weights)
             covariance += _weighted_gram(self.spectrum, influences)
-        covariance *= _inverse_coverage(self.fit, segments)
+        covered = sum(segment.stop - segment.start for segment in segments)
+        covariance *= len(self.fit.weights) / covered
         undetermined = np.isinf(self.naive)
         covariance[undetermined], covariance[:, undetermined] = 0.0, 0.0
         covariance[undetermined, undetermined] = np.inf
@@ -92,13 +90,10 @@ class Uncertainty:
 
     @property
     def offset_std(self) -> float:
-        """[s] of the offset of generalised least squares; infinite if it is not
-        free."""
-        return (
-            np.inf
-            if self.layout.offset is None
-            else float(self.step_std[self.layout.offset])
-        )
+        """[s] of the offset of generalised least squares; infinite if not free."""
+        if self.layout.offset is None:
+            return np.inf
+        return float(self.step_std[self.layout.offset])
 
     @property
     def offset_step(self) -> float:
@@ -278,14 +273,9 @@ def _influences(fit: Fit, segment: slice, weights: Array) -> Array:
 
 
 def _segments(K: int) -> list[slice]:
-    """Consecutive segments of equal length that cover most of K samples, at least
-    half."""
+    """Consecutive segments of equal length that cover at least half of K samples."""
     length = min(K, SEGMENT_LENGTH)
     return [slice(start, start + length) for start in range(0, K - length + 1, length)]
-
-
-def _inverse_coverage(fit: Fit, segments: list[slice]) -> float:
-    return len(fit.weights) / sum(segment.stop - segment.start for segment in segments)
 
 
 def _taper(length: int) -> Array:
@@ -306,8 +296,7 @@ def _transform(values: Array) -> Array:
 
 
 def _inverse_root(own: Array) -> Array:
-    """X (q, k) with X X' the pseudo-inverse of a positive semidefinite matrix (q,
-    q)."""
+    """X (q, k), X X' the pseudo-inverse of a positive semidefinite matrix (q, q)."""
     length = np.sqrt(np.maximum(own.diagonal(), 1e-300))
     values, vectors = np.linalg.eigh(own / length / length[:, None])
     good = values > 1e-15 * max(float(values[-1]), 1e-300)
@@ -324,8 +313,7 @@ def _leverage(Z: Array, root: Array) -> Array:
 
 
 def _weighted_gram(weights: Array, Z: Array) -> Array:
-    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, for Z (2,
-    F, 6, q)."""
+    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels."""
     flat = (Z * np.sqrt(weights)[:, :, None]).reshape(-1, Z.shape[3])
     return flat.T @ flat
 

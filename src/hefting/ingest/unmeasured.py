@@ -10,12 +10,8 @@ import numpy as np
 
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Indices, Mask, distinct, median, runs_of
-from hefting.ingest.channels import (
-    SAMPLES_FOR_NOISE,
-    has_noise,
-    noise_of_channel,
-)
+from hefting.core.spatial import Array, Mask, changed_rows, distinct, median, runs_of
+from hefting.ingest.channels import SAMPLES_FOR_NOISE, has_noise, noise_of_channel
 from hefting.motion.continuity import Discontinuities, find_discontinuities
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import ORIENTATION_LIMITS, POSITION_LIMITS
@@ -25,12 +21,10 @@ LIMITS = {"position": POSITION_LIMITS, "orientation": ORIENTATION_LIMITS}
 MANY_LEFT_OUT = 0.05
 """Share of poses, or of samples of the wrench, left out above which a warning is given."""
 MOST_LEFT_OUT = 0.5
-"""Share of glitches above which no pose is left out, as the limits do not suit the
-recording."""
+"""Share of glitches above which no pose is left out, as the limits do not suit it."""
 TURNED = 0.1
 """[rad] Turn by which any arm moves a sensor."""
 MOST_TIMES_SHOWN = 3
-"""Largest number of times in a message."""
 
 
 def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recording:
@@ -234,7 +228,7 @@ def _without(recording: Recording, mask: Mask, said: Message) -> Recording:
 
 def stalled(values: Array) -> Mask:
     """Mask (K,) of values (K, 6) that are repeated too long to be chance."""
-    first = _first_of_runs(values)
+    first = np.flatnonzero(changed_rows(values))
     lengths = np.diff(np.append(first, len(values)))
     usual = median(lengths)
     long = lengths >= max(FEWEST_REPEATED, TIMES_HELD * usual)
@@ -245,17 +239,10 @@ def stalled(values: Array) -> Mask:
 
 
 def _always_changes(values: Array) -> Mask:
-    """Channels (6,) of values (K, 6) whose noise exceeds a step, so that they change at
-    rest too."""
+    """Channels (6,) of values (K, 6) that change at rest by more than a step."""
     steps = [
         np.diff(distinct(channel[:SAMPLES_FOR_NOISE])).min(initial=np.inf)
         for channel in values.T
     ]
     noise = [noise_of_channel(channel) for channel in values.T]
     return has_noise(values) & (np.array(noise) > np.array(steps))
-
-
-def _first_of_runs(values: Array) -> Indices:
-    """Indices of the values (K, 6) that differ from the one before."""
-    changes = (values[1:] != values[:-1]).any(axis=1)
-    return np.concatenate(([0], 1 + np.flatnonzero(changes)))

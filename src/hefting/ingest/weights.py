@@ -15,8 +15,7 @@ from hefting.motion.state import Motion
 from hefting.motion.weighting import sample_weights
 
 REACH = 1.0
-"""[m] Largest distance from its axis of a sensor of unknown position that only
-turns."""
+"""[m] Largest distance to its axis of a sensor of unknown position that only turns."""
 LEVER = 0.3
 """[m] Typical distance."""
 SLOW = 1.0
@@ -68,11 +67,9 @@ def motion_noise_of(measured: Measured) -> MotionNoise | None:
     accelerations by differences."""
     motion = measured.motion
     if motion is None:
-        return (
-            white_motion_noise(measured.measurements)
-            if measured.source == "columns"
-            else measured.measurements.motion_noise
-        )
+        if measured.source == "columns":
+            return white_motion_noise(measured.measurements)
+        return measured.measurements.motion_noise
     if motion.linear_acceleration_std is None:
         return None
     return motion.noise
@@ -109,8 +106,7 @@ def weights_at_rest(motion: Motion, gravity: Array, mass: float, noise: float) -
 def _turning(motion: Motion) -> Array:
     """(K,) [1/s²] Acceleration of a point over its distance from the axis."""
     return np.hypot(
-        lengths(motion.angular_acceleration),
-        lengths(motion.angular_velocity) ** 2,
+        lengths(motion.angular_acceleration), lengths(motion.angular_velocity) ** 2
     )
 
 

@@ -27,8 +27,7 @@ class StreamFacts:
 
     samples: int
     rate: float
-    """Hz: one over the usual step, the median of those without a lost sample; 0 of one
-    sample"""
+    """Hz: one over the usual step, the median without lost samples; 0 of one sample"""
     start: float
     """s"""
     end: float
@@ -183,8 +182,7 @@ class Channels:
 
     @property
     def snr(self) -> Array:
-        """(3,) mean-squared signal over the variance of the noise; infinite without
-        noise."""
+        """(3,) mean-squared signal over noise variance; infinite without noise."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.noise > 0.0, (self.signal / self.noise) ** 2, np.inf)
 

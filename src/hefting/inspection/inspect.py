@@ -1,5 +1,4 @@
-"""Inspection of a recording before anything is identified. A poor recording does not
-raise."""
+"""Inspection before anything is identified. A poor recording does not raise."""
 
 from __future__ import annotations
 
@@ -32,12 +31,7 @@ from hefting.ingest.plausibility import (
 )
 from hefting.ingest.rivals.base import SENSOR_ERROR
 from hefting.ingest.tool import load_tool
-from hefting.inspection.facts import (
-    Movement,
-    movement,
-    stream_facts,
-    wrench_facts,
-)
+from hefting.inspection.facts import Movement, movement, stream_facts, wrench_facts
 from hefting.inspection.result import GravityHint, Inspection
 from hefting.logs.given import as_recording
 from hefting.motion import measure

@@ -26,10 +26,7 @@ RECOUNT = 5.0
 HERE = ("hefting", "hefting.jobs", "hefting.jobs.cluster")
 """Modules that a worker without hefting, or with an old version, cannot import."""
 
-OTHER_VERSION = (
-    "a worker of the cluster has another version of hefting, or none; "
-    "install the same on all"
-)
+OTHER_VERSION = "a worker of the cluster has another version of hefting, or none; install the same on all"
 
 
 class Cluster:
@@ -57,11 +54,8 @@ class Cluster:
                         address, timeout=PATIENCE, set_as_default=False
                     )
             except (OSError, TimeoutError, ValueError) as error:
-                raise InputError(
-                    f"no Dask scheduler answers ({error})",
-                    address,
-                    "start one: dask scheduler",
-                ) from error
+                what = f"no Dask scheduler answers ({error})"
+                raise InputError(what, address, "start one: dask scheduler") from error
             stack.callback(self.client.close)
             self.stack = stack.pop_all()
 

@@ -36,7 +36,6 @@ class Lost:
     """In place of the result of a task at which every worker died."""
 
     reason: str
-    """One line."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,6 @@ class Died:
     """The worker of a task died, perhaps because of that task."""
 
     reason: str
-    """One line."""
 
 
 class Task(NamedTuple):

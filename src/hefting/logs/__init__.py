@@ -23,7 +23,6 @@ from hefting.logs.registry import (
 )
 
 __all__ = ["check_output", "formats", "read_log", "write_log"]
-"""Names that are public here."""
 
 OTHERS = {
     ".gz": ("is packed with gzip", "unpack it, as zcat does"),
@@ -159,11 +158,8 @@ def check_output(path: str | Path) -> str:
             for each in formats()
             if "" in each.written
         ]
-        raise InputError(
-            f"'{suffix}' is not a log format to write",
-            path,
-            f"use {known}{''.join(folders)}",
-        )
+        what = f"'{suffix}' is not a log format to write"
+        raise InputError(what, path, f"use {known}{''.join(folders)}")
     return suffix
 
 

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 MAX_COLUMNS = 1000
-"""Largest number of columns."""
 
 FIXED = {
     name: columns for name, columns in COLUMNS.items() if name not in JOINT_STREAMS
@@ -40,18 +39,11 @@ EXPECTED = (
 )
 """Canonical names that a misspelled column may stand for, with the first joint's."""
 
-MAPPED = (
-    "say which columns hold what in a column map "
-    "(`column_map`=FILE; hefting map guesses one)"
-)
+MAPPED = "say which columns hold what in a column map (`column_map`=FILE; hefting map guesses one)"
 """Advice for columns with other names."""
 
 REQUIRED = (
-    (
-        "wrench",
-        (),
-        "name the wrench's columns fx fy fz tx ty tz",
-    ),
+    ("wrench", (), "name the wrench's columns fx fy fz tx ty tz"),
     (
         "orientation",
         ("q1",),
@@ -133,8 +125,7 @@ def known_columns(
 
 
 def check_names(names: Sequence[str], source: str | Path) -> list[str]:
-    """The names that are not blank; `InputError` for too many, and for a repeated
-    one."""
+    """The names that are not blank; `InputError` for too many or a repeated one."""
     if len(names) > MAX_COLUMNS:
         raise InputError(
             f"has {len(names)} columns, more than {MAX_COLUMNS}", where=source
@@ -142,11 +133,8 @@ def check_names(names: Sequence[str], source: str | Path) -> list[str]:
     named = [name for name in names if name]
     if len(set(named)) < len(named):
         twice = next(name for name in named if named.count(name) > 1)
-        raise InputError(
-            f"column {quote_name(twice)} is there {named.count(twice)} times",
-            source,
-            "keep one of them",
-        )
+        what = f"column {quote_name(twice)} is there {named.count(twice)} times"
+        raise InputError(what, source, "keep one of them")
     return named
 
 
@@ -218,7 +206,6 @@ def _find_lacking(present: set[str], wrench_needed: bool) -> Iterator[tuple[str,
 def _warn_about_ignored(
     names: Sequence[str], unknown: Sequence[str], absent: Sequence[str]
 ) -> tuple[Message, ...]:
-    """A warning about the columns that are not read, if any."""
     blank = [f"number {i} without a name" for i, n in enumerate(names, 1) if not n]
     ignored = _quoted(unknown, absent) + blank
     if not ignored:

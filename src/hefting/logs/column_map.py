@@ -92,7 +92,6 @@ class Quantity:
     form: str = ""
     """of an orientation or a pose"""
     order: str = ""
-    """of Euler angles"""
     in_world: bool = False
     """a wrench in world axes"""
     names: tuple[str, ...] = ()
@@ -172,11 +171,8 @@ def _parse_quantity(key: str, value: Any, where: str) -> Quantity:
     if key == "orientation":
         kinds = (("angle", 3),) if form in ANGULAR else ()
         if not kinds and "unit" in entry:
-            raise InputError(
-                f"an orientation of form {form} has no unit",
-                f"{where}.unit",
-                "leave it out",
-            )
+            what = f"an orientation of form {form} has no unit"
+            raise InputError(what, f"{where}.unit", "leave it out")
     else:
         kinds = (("length", 16),) if key == "pose" else KINDS[key]
     axes = entry.get("axes", "sensor")
@@ -210,11 +206,8 @@ def _parse_form(key: str, entry: Mapping[str, Any], where: str) -> tuple[str, st
         )
         raise InputError(what, f"{where}.form", f"use {', '.join(forms)}")
     if form != "euler" and order is not None:
-        raise InputError(
-            f"form {form} has no order",
-            f"{where}.order",
-            'give form = "euler", or leave the order out',
-        )
+        fix = 'give form = "euler", or leave the order out'
+        raise InputError(f"form {form} has no order", f"{where}.order", fix)
     if form == "euler" and not is_euler_order(order):
         fix = "give three axes: ZYX about moving axes, or xyz about fixed ones"
         raise InputError(
@@ -251,7 +244,6 @@ def _parse_units(
 
 
 def _parse_names(entry: Mapping[str, Any], width: int, where: str) -> tuple[str, ...]:
-    """Joint names, one for each column."""
     names = entry.get("names", [])
     if not isinstance(names, list) or not all(
         isinstance(name, str) and name for name in names
@@ -269,11 +261,8 @@ def _parse_names(entry: Mapping[str, Any], width: int, where: str) -> tuple[str,
 def _check_combination(quantities: Mapping[str, Quantity], path: str | Path) -> None:
     """`InputError` for half a wrench, and for two wrenches or poses."""
     if ("force" in quantities) != ("torque" in quantities):
-        raise InputError(
-            "gives only one of force and torque",
-            path,
-            "give both, or wrench with six columns",
-        )
+        what = "gives only one of force and torque"
+        raise InputError(what, path, "give both, or wrench with six columns")
     for one, others in (("wrench", ("force",)), ("pose", ("position", "orientation"))):
         for other in others:
             if one in quantities and other in quantities:
@@ -298,8 +287,5 @@ def _check_whole(
         if key in quantities and quantities[key].in_world
     ]
     if turned and not {"orientation", "pose"} & set(quantities):
-        raise InputError(
-            "has a wrench in world axes, but no orientation to turn it by",
-            path,
-            "give its orientation",
-        )
+        what = "has a wrench in world axes, but no orientation to turn it by"
+        raise InputError(what, path, "give its orientation")

@@ -41,8 +41,7 @@ SEVERAL_LINES = re.compile(rb'"(?:array\()?[\[(][-+.,=\s\w\[\]()]*"')
 """A list in quotes, which NumPy may write on several lines."""
 
 ENOUGH, ESCAPE = 2**20, "surrogateescape"
-"""Size of the pieces in which text is made [bytes], and the handling of bytes that are
-no UTF-8."""
+"""Size of the pieces of text [bytes], and how bytes that are no UTF-8 are read."""
 
 
 def list_in(cell: str) -> list[str]:
@@ -63,8 +62,7 @@ def list_in(cell: str) -> list[str]:
 
 
 def lists_of(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
-    """Length of the list in the first cell that is not blank, by column; other columns
-    are absent."""
+    """Length of the list in the first cell that is not blank, by column with one."""
     found = {}
     for j in range(width):
         cells = (row[j] for row in rows if row[j:] and row[j] not in ("", *NOTHING))
@@ -224,8 +222,7 @@ def kind_of(cell: str) -> str:
 
 
 def seconds_of(cell: str) -> float | None:
-    """A date in seconds since 1970, a time of day in seconds since midnight; None for
-    others."""
+    """A date in seconds since 1970, a time of day since midnight; None for others."""
     cell = by_iso(cell)
     if time := TIME_OF_DAY.fullmatch(cell):
         return 3600.0 * int(time[1]) + 60.0 * int(time[2]) + float(time[3])
@@ -240,8 +237,7 @@ def seconds_of(cell: str) -> float | None:
 
 
 def by_iso(text: str, separator: str = "") -> str:
-    """A cell, or a text whose cells have this separator, with dates and times of day in
-    ISO 8601."""
+    """A cell, or a text of cells with this separator, with times in ISO 8601."""
     if ":" not in text and " sec" not in text:
         return text
     text = TWELVE.sub(

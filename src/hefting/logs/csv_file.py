@@ -65,8 +65,7 @@ BLANKS = [" " * n for n in range(33)]
 
 @immutable
 class CsvTable:
-    """A CSV file after its header was read; row numbers are lines of the file, from
-    1."""
+    """A CSV file after its header was read; rows are lines of the file, from 1."""
 
     source: str
     names: tuple[str, ...]
@@ -182,11 +181,8 @@ class CsvTable:
                 lengths = np.diff(np.append(ends, len(text)), prepend=-1)[:lines]
                 rows = rows[: len(ends) + 1][lengths > 1]
             if len(rows) != table.num_rows:
-                raise InputError(
-                    "a quoted cell goes over several lines",
-                    self.source,
-                    "write each row on one line",
-                )
+                what = "a quoted cell goes over several lines"
+                raise InputError(what, self.source, "write each row on one line")
         first = 0
         for batch in table.to_batches():
             last = first + len(batch)
@@ -202,7 +198,6 @@ class CsvTable:
     def _parse_rows(
         self, text: bytes, columns: Sequence[int], skip_empty: bool
     ) -> "pa.Table":
-        """The wanted columns of the rows in `text`."""
         import pyarrow as pa
         from pyarrow import csv as pacsv
 
@@ -364,11 +359,8 @@ def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
                 yield b"".join((rest, memoryview(data)[:cut]))
                 rest = data[cut:]
             elif len(rest := rest + data) > BLOCK:
-                raise InputError(
-                    f"has a line of more than {BLOCK:,} bytes",
-                    path,
-                    "export the log as CSV",
-                )
+                what = f"has a line of more than {BLOCK:,} bytes"
+                raise InputError(what, path, "export the log as CSV")
     if rest or held:
         yield unify_line_ends(rest + held)
 
@@ -389,4 +381,3 @@ FORMAT = Format(
     written=(".csv",),
     write=write_csv,
 )
-"""Separated text with a header row."""

@@ -102,8 +102,7 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
 
 
 def _first_lines(text: bytes, path: str | Path, header: int) -> list[str]:
-    """The lines that may hold the header, and the rows looked at; `InputError` for
-    blank text."""
+    """The lines that may hold the header, and rows; `InputError` for blank text."""
     if not text.strip():
         raise InputError("the file is empty", where=path)
     most = max(MOST_LINES_BEFORE, header) + ROWS_LOOKED_AT
@@ -144,11 +143,7 @@ def _find_names(lines: Sequence[str], layout: Layout) -> int:
 
 
 def _fit(
-    lines: Sequence[str],
-    row: int,
-    names: Sequence[str],
-    separator: str,
-    layout: Layout,
+    lines: Sequence[str], row: int, names: Sequence[str], separator: str, layout: Layout
 ) -> "tuple[tuple[str, ...], Rows]":
     """The names in a line, and the rows below, which may have another separator, or a
     separator at their ends where the names have none, or the reverse."""
@@ -210,11 +205,8 @@ def _read_names(
     where = f"{path}, row {row}"
     line = _without_mark(lines[row - 1])
     if len(line.encode(errors="surrogateescape")) > MAX_HEADER:
-        raise InputError(
-            f"the header has more than {MAX_HEADER:,} bytes",
-            where,
-            "export the log as CSV",
-        )
+        what = f"the header has more than {MAX_HEADER:,} bytes"
+        raise InputError(what, where, "export the log as CSV")
     separator = layout.separator or _guess_separator(line)
     try:
         line.encode()

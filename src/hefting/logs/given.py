@@ -114,7 +114,6 @@ def as_recording(
 def _from_source(
     source: Any, column_map: str | Path | None, wrench_needed: bool
 ) -> Recording:
-    """Recording of a path, a table in memory or a Recording."""
     if isinstance(source, Recording):
         return source
     if isinstance(source, str | Path):

@@ -10,8 +10,7 @@ from hefting.core.spatial import Array, Mask, own
 
 
 class Growing:
-    """An array to which rows are added block by block, in place, so that memory holds
-    one copy."""
+    """An array that grows block by block, in place, so that memory holds one copy."""
 
     def __init__(self, *width: int, dtype: type = float):
         self._array = np.empty((0, *width), dtype)

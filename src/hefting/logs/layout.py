@@ -32,25 +32,19 @@ class Layout:
     """line of the column names, from 1; 0: there are none; None: the first line with as
     many cells as the numbers below it"""
     skip: int | None = None
-    """number of lines to skip after the header, such as units; None: those without
-    numbers"""
+    """lines to skip after the header, such as units; None: those without numbers"""
     decimal: str | None = None
-    """decimal mark"""
 
 
 def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
-    """The layout in the content of a column map at `path`; `InputError` names the
-    key."""
+    """The layout in a column map's content at `path`; `InputError` names the key."""
     separator, header = content.get("separator"), content.get("header")
     skip, decimal = content.get("skip"), content.get("decimal")
     if separator is not None and not (
         isinstance(separator, str) and separator in SEPARATORS
     ):
-        raise InputError(
-            f"{brief(separator)} is no separator",
-            f"{path}, key separator",
-            "use , ; | tab or space",
-        )
+        what = f"{brief(separator)} is no separator"
+        raise InputError(what, f"{path}, key separator", "use , ; | tab or space")
     if decimal not in (".", ",", None):
         raise InputError(
             f"{brief(decimal)} is no decimal mark", f"{path}, key decimal", "use . or ,"
@@ -65,18 +59,14 @@ def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
             f"{brief(header)} is no line number", f"{path}, key header", fix
         )
     if skip is not None and not whole(skip, 0):
-        raise InputError(
-            f"{brief(skip)} is no number of lines",
-            f"{path}, key skip",
-            "give 0 or more",
-        )
+        what = f"{brief(skip)} is no number of lines"
+        raise InputError(what, f"{path}, key skip", "give 0 or more")
     line = None if header is None else int(header)
     return Layout(SEPARATORS[separator] if separator else None, line, skip, decimal)
 
 
 def nan_is_blank(content: Mapping[str, Any], path: str | Path) -> bool:
-    """Whether a column map says that NaN means "not measured"; `InputError` for another
-    word."""
+    """Whether a map has NaN mean "not measured"; `InputError` for another word."""
     if content.get("nan", "blank") != "blank":
         fix = 'give nan = "blank" if NaN means "not measured", else leave it out'
         raise InputError(
@@ -96,8 +86,6 @@ def whole(value: Any, least: int) -> bool:
 
 def brief(value: Any) -> str:
     """A value of TOML, shortened for a message."""
-    return (
-        repr(value)[:40]
-        if not isinstance(value, int) or abs(value) < 10**18
-        else "a huge number"
-    )
+    if not isinstance(value, int) or abs(value) < 10**18:
+        return repr(value)[:40]
+    return "a huge number"

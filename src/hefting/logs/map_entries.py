@@ -13,14 +13,12 @@ from hefting.logs.table import summarize_list
 from hefting.logs.units import SECOND, Unit, find_unit
 
 MAX_NAMES = 1000
-"""Largest number of columns of one key."""
 
 
 def parse_entry(
     value: Any, single: str, words: Sequence[str], where: str
 ) -> dict[str, Any]:
-    """The table of a key, with these words; another value is that of the word
-    `single`."""
+    """The table of a key, with these words; another value is of the word `single`."""
     entry = value if isinstance(value, dict) else {single: value}
     check_known(entry, words, where, "word")
     return entry
@@ -51,11 +49,8 @@ def _expand_range(name: str, where: str) -> Sequence[str]:
         return [name]
     first, last = int(found[2]), int(found[3])
     if not first <= last < first + MAX_NAMES:
-        raise InputError(
-            f"{brief(name)} counts no columns",
-            where,
-            "give the smaller number first, as in q{0..6}",
-        )
+        what = f"{brief(name)} counts no columns"
+        raise InputError(what, where, "give the smaller number first, as in q{0..6}")
     return [f"{found[1]}{number}{found[4]}" for number in range(first, last + 1)]
 
 
@@ -104,11 +99,8 @@ def parse_time(value: Any, where: str) -> MappedTime:
         value, "column", ("column", "unit", "rate", "nanoseconds"), where
     )
     if "column" not in entry and "rate" not in entry:
-        raise InputError(
-            "says neither column nor rate",
-            where,
-            'give { column = "name" } or { rate = 1000 } in Hz',
-        )
+        fix = 'give { column = "name" } or { rate = 1000 } in Hz'
+        raise InputError("says neither column nor rate", where, fix)
     column = None
     if "column" in entry:
         column = parse_one_column(entry["column"], where)
@@ -126,23 +118,16 @@ def parse_time(value: Any, where: str) -> MappedTime:
 
 
 def _unit_of_rate(entry: dict[str, Any], where: str) -> Unit:
-    """The unit of a count of frames."""
     rate = entry["rate"]
     if (
         isinstance(rate, bool)
         or not isinstance(rate, int | float)
         or not 0 < rate < 1e9
     ):
-        raise InputError(
-            f"the rate {brief(rate)} is no positive number",
-            f"{where}.rate",
-            "give it in Hz",
-        )
+        what = f"the rate {brief(rate)} is no positive number"
+        raise InputError(what, f"{where}.rate", "give it in Hz")
     for other in ("unit", "nanoseconds"):
         if other in entry:
-            raise InputError(
-                f"says both {other} and rate",
-                where,
-                "give the rate alone if the column counts frames",
-            )
+            fix = "give the rate alone if the column counts frames"
+            raise InputError(f"says both {other} and rate", where, fix)
     return SECOND if rate == 1 else Unit(f"frames at {rate:g} Hz", 1.0, float(rate))

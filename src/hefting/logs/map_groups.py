@@ -91,10 +91,7 @@ UNIT_WORDS = frozenset(
 """Units at the end of a name: ``Fx_N``, ``x_mm``, ``Fx in N``."""
 
 
-CAMEL = (
-    "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))"
-    "|(?<=[\u3040-\u9fff])(?=[A-Za-z])"
-)
+CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))|(?<=[\u3040-\u9fff])(?=[A-Za-z])"
 """Beginning of a word in ``ForceXRaw``, ``力X``, not in KUKA's ``RIst_X``."""
 
 FRAMES = r"^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])|(?<=Msr)_LBR_\w+(?=\[)"
@@ -150,8 +147,7 @@ class Groups:
         return best_of(found)
 
     def words_of_kinds(self, kinds: Sequence[str]) -> set[str]:
-        """All words of the groups of these kinds; none where a group has only one
-        word."""
+        """All words of the groups of these kinds; none if a group has one word."""
         found = [w for w in self.by_words if any(is_of_kind(w, kind) for kind in kinds)]
         bare = any(len(words) == 1 for words in found)
         return set() if bare else {word for words in found for word in words}
@@ -189,8 +185,7 @@ class Groups:
     def matrix(
         self, kind: str, size: int, near: Set[str] = frozenset()
     ) -> Choice | None:
-        """`find` for the components of a square matrix, ``R11`` or ``T_00``, row by
-        row."""
+        """`find` for components of a matrix, ``R11`` or ``T_00``, row by row."""
         for first in (0, 1):
             line = range(first, first + size)
             names = [f"{i}{j}" for i in line for j in line]

@@ -98,11 +98,9 @@ def guess_map_of(sample: Sample) -> GuessedMap:
     guesses = _guesses(sample)
     keys = frozenset(guess.key for guess in guesses)
     if not keys - {"time"}:
-        raise InputError(
-            "no column has a name that says what it holds",
-            sample.source,
-            "write the map by hand, with the numbers of the columns",
-        )
+        what = "no column has a name that says what it holds"
+        fix = "write the map by hand, with the numbers of the columns"
+        raise InputError(what, sample.source, fix)
     missing = [] if "time" in keys else [TIME_EXAMPLE]
     if not keys & {"wrench", *JOINT_EFFORTS}:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')
@@ -123,14 +121,7 @@ def _guesses(sample: Sample) -> list[Guess]:
     groups = group_columns([sample.words(j) for j in range(len(sample.names))])
     makers: Sequence[
         Callable[[Sample, Groups, set[str]], Guess | list[Guess] | None]
-    ] = (
-        _wrench,
-        _poses,
-        _orientation,
-        _position,
-        joints_of,
-        _inertial,
-    )
+    ] = (_wrench, _poses, _orientation, _position, joints_of, _inertial)
     time = time_of(sample)
     found: list[Guess] = [time] if time else []
     taken: set[int] = set(time.columns) if time else set()

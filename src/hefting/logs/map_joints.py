@@ -23,8 +23,7 @@ JOINT_STATE = re.compile(
 
 
 def joints_of(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:
-    """Angles of an arm's joints, and equally many torques or currents if there are
-    any."""
+    """Angles of an arm's joints, and as many torques or currents, if any."""
     if len(named := _named_joints(sample, "position")) >= FEWEST_JOINTS:
         columns, names = (*named.values(),), (f"names = {json.dumps([*named])}",)
     else:

@@ -1,5 +1,4 @@
-"""The beginning of a table without a column map: names, units and numbers of its
-columns."""
+"""Beginning of a table without a column map: names, units and numbers of columns."""
 
 import json
 import re
@@ -22,7 +21,6 @@ from hefting.logs.table import Table
 from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
 
 MOST_ROWS = 2000
-"""Largest number of rows."""
 BRACKETS = re.compile(
     r"^(?![\s\S]{200})([^\[(].*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
 )
@@ -65,8 +63,7 @@ class Sample:
         return match[1] if match else name
 
     def stated_unit(self, columns: Sequence[int], kind: str) -> str | None:
-        """The unit of the first column in the header or its name, if it is of a
-        kind."""
+        """The unit of the first column in the header or its name, if of a kind."""
         try:
             return find_unit(self.units[columns[0]], kind, self.source).name
         except InputError:
@@ -82,22 +79,19 @@ class Sample:
         return next((known[word] for word in reversed(words) if word in known), None)
 
     def unknown_unit(self, columns: Sequence[int]) -> str:
-        """A remark where the header states an unknown unit of the first column; else
-        empty."""
+        """A remark on an unknown unit of the first column in the header; else empty."""
         stated = self.units[columns[0]]
         known = not re.search("[A-Za-z]", stated) or stated.lower() in NO_UNITS
         return "" if known else f"its unit {stated[:20]!r} {UNKNOWN}"
 
     def size(self, columns: Sequence[int]) -> float:
-        """The 99 % quantile of absolute values, which spikes do not affect; 0 without
-        values."""
+        """99 % quantile of absolute values, which spikes do not affect; 0 for none."""
         values = np.abs(self.values[:, list(columns)])
         values = values[np.isfinite(values)]
         return float(np.quantile(values, 0.99)) if len(values) else 0.0
 
     def stated_or_by_size(self, columns: Sequence[int], kind: str) -> tuple[str, str]:
-        """Unit of lengths or angles as the header states it, else by their size, and a
-        remark."""
+        """Unit of lengths or angles by the header, or else their size, and a remark."""
         if (stated := self.stated_unit(columns, kind)) is not None:
             return stated, ""
         usual, other, limit = BY_SIZE[kind]
@@ -162,7 +156,6 @@ def _first_numbers(table: Table, column: int) -> Array:
 
 
 def _of_text(path: str | Path) -> Sample:
-    """The beginning of separated text."""
     text = one_line(next(texts(path), b""))
     header = read_header(text, path, None)
     names, separator, decimal = header.names, header.separator, header.decimal

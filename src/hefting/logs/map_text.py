@@ -47,11 +47,7 @@ def unit_entry(name: str) -> str:
 
 
 def in_unit(
-    key: str,
-    kind: str,
-    usual: str | None,
-    sample: Sample,
-    columns: tuple[int, ...],
+    key: str, kind: str, usual: str | None, sample: Sample, columns: tuple[int, ...]
 ) -> Guess:
     """A quantity in the unit that the header states, if it is of a kind, or in the usual
     one; None: no unit."""

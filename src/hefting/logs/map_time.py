@@ -1,5 +1,4 @@
-"""The column of a table with the time, found by its name or as pandas' index, and its
-unit."""
+"""A table's column with the time, by its name or as pandas' index, and its unit."""
 
 import re
 from collections.abc import Sequence
@@ -29,7 +28,6 @@ SHORT = 3.0
 below one second that is taken."""
 
 TIME_UNITS = {*UNITS["time"], *(a for a, n in ALIASES.items() if n in UNITS["time"])}
-"""Units in names of the time."""
 
 PANDAS_INDEX = "__index_level_0__"
 """Name that pandas gives an unnamed index in a Parquet file; in a selection of rows it

@@ -219,22 +219,16 @@ def _place(table: Table, column_map: ColumnMap, key: str, column: str | int) -> 
     places = [j for j, name in enumerate(table.names) if name == column]
     if len(places) > 1:
         numbers = summarize_list([str(j + 1) for j in places])
-        raise InputError(
-            f"{table.source} has {len(places)} columns {column[:40]!r}",
-            f"{column_map.source}, key {key}",
-            f"give the number of one of them: {numbers}",
-        )
+        what = f"{table.source} has {len(places)} columns {column[:40]!r}"
+        fix = f"give the number of one of them: {numbers}"
+        raise InputError(what, f"{column_map.source}, key {key}", fix)
     return places[0]
 
 
 def _join_force_and_torque(force: Quantity, torque: Quantity, source: str) -> Quantity:
-    """Force and torque as one wrench."""
     if force.in_world != torque.in_world:
-        raise InputError(
-            "force and torque are in different axes",
-            source,
-            "give both in the same axes",
-        )
+        what = "force and torque are in different axes"
+        raise InputError(what, source, "give both in the same axes")
     return replace(
         force, columns=force.columns + torque.columns, units=force.units + torque.units
     )
@@ -243,7 +237,6 @@ def _join_force_and_torque(force: Quantity, torque: Quantity, source: str) -> Qu
 def _convert_to_si(
     key: str, stream: Stream, quantity: Quantity, source: str, labels: Sequence[str]
 ) -> Mapping[str, Stream]:
-    """The streams of a key in SI units."""
     if key == "pose":
         positions, matrices = split_pose(stream, quantity.form, source, labels)
         check_matrices(replace(stream, values=matrices), source, labels)

@@ -184,4 +184,3 @@ FORMAT = Format(
     open_table=open_matlab,
     in_blocks=False,
 )
-"""Arrays as `save` writes them."""

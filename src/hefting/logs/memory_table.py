@@ -28,9 +28,7 @@ class MemoryTable:
     """
 
     source: str
-    """Name in messages."""
     names: tuple[str, ...]
-    """Names of all columns, in order."""
     columns: Mapping[str, Any]
     """Values (K,) by name."""
     arrays: Mapping[str, Any]
@@ -212,8 +210,7 @@ def _index_name(index: Any) -> str:
 
 
 def _parts(name: str, column: Any) -> dict[str, Any]:
-    """The columns of a column of lists of numbers or of dictionaries; else the column
-    itself."""
+    """Columns of one of lists of numbers or of dictionaries; else the column itself."""
     first = next((row for row in column if row is not None), None)
     if not hasattr(first, "__len__") or isinstance(first, str | bytes):
         return {name: column}
@@ -234,10 +231,8 @@ def _parts(name: str, column: Any) -> dict[str, Any]:
 
 
 def _floats(values: Any) -> Array:
-    """`values` as floats, blanks as NaN, dates in seconds from the first.
-
-    Raises `TypeError` or `ValueError` for values that are no numbers.
-    """
+    """`values` as floats, blanks as NaN, dates in seconds from the first. Raises
+    `TypeError` or `ValueError` for values that are no numbers."""
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         values = values.to_numpy("datetime64[ns]")  # of pandas, with a time zone
     masked = isinstance(values, np.ma.MaskedArray)

@@ -113,4 +113,3 @@ FORMAT = Format(
     open_table=open_npz,
     in_blocks=False,
 )
-"""Arrays as `numpy.savez` writes them."""

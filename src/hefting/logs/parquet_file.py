@@ -26,10 +26,8 @@ if TYPE_CHECKING:
     from pyarrow import parquet
 
 ROWS = 65_536
-"""Number of rows that are read at a time."""
 
 GROUP = 65_536
-"""Number of rows of a written row group."""
 
 BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""
@@ -143,11 +141,8 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
     names = [n if place is None else f"{n}_{place}" for n, place in places]
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise InputError(
-            f"column {twice[0][0][:40]!r} is there {twice[0][1]} times",
-            path,
-            "keep one of them",
-        )
+        what = f"column {twice[0][0][:40]!r} is there {twice[0][1]} times"
+        raise InputError(what, path, "keep one of them")
     return ParquetTable(str(path), tuple(names), tuple(places))
 
 
@@ -204,4 +199,3 @@ FORMAT = Format(
     written=(".parquet",),
     write=write_parquet,
 )
-"""Columns in binary form, with nulls."""

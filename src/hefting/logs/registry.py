@@ -57,23 +57,20 @@ class Format:
     """opens a file with named columns; the layout, which a column map may give, matters
     to text only"""
     in_blocks: bool = True
-    """whether such a file is read block by block, so that one of any size can be cut
-    into windows"""
+    """whether it is read block by block, so that any size can be cut into windows"""
     read_table: "Callable[[Table, bool], Recording] | None" = None
     """the recording in a table; the second argument says whether a log without a wrench
     is refused"""
     is_header: Callable[[Sequence[str]], bool] | None = None
     """whether column names are those that `read_table` reads"""
     read: "Callable[..., Recording] | None" = None
-    """the recording at a path; takes also the keywords ``wrench_needed`` and those of
-    `options`"""
+    """the recording at a path; also by ``wrench_needed`` and those of `options`"""
     options: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """keyword options of `read`: what the command's option takes, and its help"""
     recognise: Callable[[str | Path], bool] | None = None
     """whether a path is such a log; None: its suffix says"""
     folder: str = ""
-    """what a folder is that holds such a log: "ROS 2 bag"; empty: there are only
-    files"""
+    """what a folder is that holds such a log: "ROS 2 bag"; empty: only files"""
     written: tuple[str, ...] = ()
     """endings of the file names that are written; an empty one stands for a folder"""
     write: "Callable[[Recording, str | Path], tuple[str, ...]] | None" = None
@@ -86,8 +83,7 @@ class Format:
         return self.open_table is not None
 
     def matches(self, path: str | Path) -> bool:
-        """Whether the log at `path`, which need not exist, is taken for one of this
-        format."""
+        """Whether the log at `path`, which need not exist, is taken for this format."""
         return (
             self.recognise(path) if self.recognise else suffix_of(path) in self.suffixes
         )
@@ -104,8 +100,7 @@ def table_formats() -> tuple[Format, ...]:
 
 
 def find_format(path: str | Path) -> Format | None:
-    """The format of the log at `path`, by its name or its folder; None when there is
-    none."""
+    """The format of the log at `path`, by its name or its folder; None for none."""
     return next((each for each in formats() if each.matches(path)), None)
 
 

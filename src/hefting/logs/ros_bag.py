@@ -8,7 +8,6 @@ from hefting.core.recording import Recording
 from hefting.logs.registry import Format
 
 BAG_SUFFIXES = (".bag", ".mcap", ".db3")
-"""File name endings that are read as bags."""
 
 OPTIONS = {
     "wrench_topic": ("TOPIC|none", "of a bag: wrench"),
@@ -23,8 +22,7 @@ OPTIONS = {
 
 
 def is_bag(path: str | Path) -> bool:
-    """Whether `path` is named like a bag or MCAP file, or is a folder that holds a ROS
-    2 bag."""
+    """Whether `path` is named like a bag or MCAP file, or is a ROS 2 bag's folder."""
     if Path(path).is_dir():
         from hefting.logs.ros.containers import storage_files
 
@@ -58,4 +56,3 @@ FORMAT = Format(
     written=(".bag", ".mcap", ""),
     write=_write,
 )
-"""Messages of ROS 1 or ROS 2."""

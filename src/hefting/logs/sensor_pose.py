@@ -60,10 +60,8 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     arm = np.array(matrix[:3, 3])  # old versions of scipy need a writable array
     far = float(np.linalg.norm(arm))
     if far > FARTHEST_SENSOR:
-        raise InputError(
-            f"the sensor is {far:.3g} m from the logged frame",
-            fix="give its pose in metres",
-        )
+        what = f"the sensor is {far:.3g} m from the logged frame"
+        raise InputError(what, fix="give its pose in metres")
     orientation = recording["orientation"]
     from scipy.spatial.transform import Rotation
 

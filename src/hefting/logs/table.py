@@ -36,8 +36,7 @@ EPOCHS = (
 """Unit, divisor and smallest value of times since 1970 in other units than seconds."""
 
 SINCE_1970 = 1e8
-"""[s] Time above which times count from 1970: no robot controller runs for three
-years."""
+"""[s] Time above which times count from 1970: no controller runs for three years."""
 
 SHORTEST_STEP = 2e-5
 """[s] Time between samples below which another unit may be meant."""
@@ -195,11 +194,8 @@ def _refuse_start(
         (meant, factor) for meant, factor, least in EPOCHS if began > least
     )
     fix = f"divide by {factor}, or give the unit of time in a column map (`column_map`=FILE)"
-    raise InputError(
-        f"{start:.6g} cannot be seconds; it looks like {meant} since 1970",
-        where,
-        fix,
-    )
+    what = f"{start:.6g} cannot be seconds; it looks like {meant} since 1970"
+    raise InputError(what, where, fix)
 
 
 def _check_steps(
@@ -215,17 +211,13 @@ def _check_steps(
 
 
 def _check_step(name: str, stream: Stream, seconds: bool, where: str) -> list[Message]:
-    """A warning about a median step unlikely for seconds; `InputError` for an
-    impossible one."""
+    """A warning of a median step unlikely for seconds; `InputError` if impossible."""
     # `Recording` refuses times that are not finite
     with np.errstate(over="ignore", invalid="ignore"):
         step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0
     if step > 1000:
-        raise InputError(
-            f"the median step of {name} is {step:.4g}, not seconds",
-            where,
-            "give time in seconds",
-        )
+        what = f"the median step of {name} is {step:.4g}, not seconds"
+        raise InputError(what, where, "give time in seconds")
     whole = seconds and step >= 1 and len(stream) > 21 and not (stream.time % 1).any()
     if step > 5 or whole:
         meant = "milliseconds" + (", or a count of rows" if whole and step == 1 else "")

@@ -158,10 +158,7 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
         names = [quote_name(n) + nearest(n, wanted) for n in others]
         what += f": unknown are {summarize_list(names)}"
     taken = f"; taken by their names would be {guessed.summary}"
-    fix = (
-        "name the others' columns in a column map (`column_map`=FILE; "
-        "hefting map writes one of what is known)"
-    )
+    fix = "name the others' columns in a column map (`column_map`=FILE; hefting map writes one of what is known)"
     if "time" in absent:
         fix += f", as {TIME_EXAMPLE}; rows of a map without it are static poses"
     if "wrench" in absent:
@@ -224,8 +221,7 @@ def read_table_file(
     column_map: str | Path | None = None,
     wrench_needed: bool = True,
 ) -> Recording:
-    """Recording in the table at `path`; `InputError` for what `hefting.logs.read_log`
-    refuses."""
+    """Recording in the table at `path`; `InputError` as of `hefting.logs.read_log`."""
     check_size(path)
     table, read = opened(file_format, path, column_map, wrench_needed)
     return read(table)

@@ -75,11 +75,8 @@ def read_with_poses(
         raise InputError("there is no wrench", path, fix)
     there = [name for name in POSES if name in first.found.streams]
     if there:
-        raise InputError(
-            f"holds {join_words(there, 'and')} itself",
-            path,
-            "leave `poses` out, or name the wrench alone in a column map (`column_map`=FILE)",
-        )
+        fix = "leave `poses` out, or name the wrench alone in a column map (`column_map`=FILE)"
+        raise InputError(f"holds {join_words(there, 'and')} itself", path, fix)
     if not {"orientation", "joint_positions"} & set(second.found.streams):
         raise InputError(
             "there are neither poses nor joint angles",
@@ -154,7 +151,6 @@ def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
 
 
 def _table(path: str | Path, chosen: ColumnMap | None) -> Table:
-    """The table at a path, with the layout of a map."""
     check_readable(path)
     check_size(path)
     form = find_format(path)

@@ -25,11 +25,9 @@ class Unit:
             return values
         # values that overflow are refused later, as not finite
         with np.errstate(over="ignore"):
-            return (
-                values * self.multiplier / self.divisor
-                if self.multiplier != 1.0
-                else values / self.divisor
-            )
+            if self.multiplier != 1.0:
+                return values * self.multiplier / self.divisor
+            return values / self.divisor
 
 
 def _units(**factors: float | tuple[float, float]) -> dict[str, Unit]:
@@ -115,7 +113,6 @@ ALIASES = {
 """Other words for units, in small letters; kg of a force means kgf."""
 
 SECOND = UNITS["time"]["s"]
-"""The SI unit of time."""
 
 
 SCALED = re.compile(r"\s*(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)\s*([^\d\s].*)")

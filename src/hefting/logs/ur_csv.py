@@ -115,27 +115,19 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
 def _check_fields(
     table: Table, fields: dict[str, list[int]], wrench_needed: bool
 ) -> None:
-    """`InputError` where a required field is absent."""
     if _time_of(table) is None:
         raise InputError(
             "there is no column timestamp", table.source, "record timestamp too"
         )
     if wrench_needed and not {RAW, FORCE} & set(fields):
-        raise InputError(
-            "there is no wrench",
-            table.source,
-            f"record {RAW}, or {FORCE} with payload and tcp_offset",
-        )
+        fix = f"record {RAW}, or {FORCE} with payload and tcp_offset"
+        raise InputError("there is no wrench", table.source, fix)
     if not {"actual_TCP_pose", "actual_q"} & set(fields):
-        raise InputError(
-            "there is neither a pose nor joint angles",
-            table.source,
-            "record actual_TCP_pose",
-        )
+        what = "there is neither a pose nor joint angles"
+        raise InputError(what, table.source, "record actual_TCP_pose")
 
 
 def _time_of(table: Table) -> str | None:
-    """Name of the column of times, if any."""
     return next((name for name in TIMES if name in table.names), None)
 
 
@@ -178,11 +170,8 @@ def find_motion_and_wrench(
     has_wrench = raw or FORCE in values
     if "actual_TCP_pose" not in values:
         if has_wrench and not raw:
-            raise InputError(
-                f"{FORCE} is in base axes, and there is no pose to turn it by",
-                source,
-                f"record actual_TCP_pose too, or {RAW}",
-            )
+            what = f"{FORCE} is in base axes, and there is no pose to turn it by"
+            raise InputError(what, source, f"record actual_TCP_pose too, or {RAW}")
         return {"wrench": values[RAW]} if raw else {}
     found, rotations, remark = _flange_motion(values)
     notes.append(note("pose-source", remark))
@@ -201,33 +190,21 @@ def _find_fields(table: Table) -> dict[str, list[int]]:
         names = [f"{field}_{i}" for i in range(width)] if width > 1 else [field]
         there = [name for name in names if name in table.names]
         if there:
-            _check_whole(field, names, there, table.source)
+            missing = [name for name in names if name not in there]
+            if missing:
+                what = f"column {missing[0]} is missing beside {there[0]}"
+                raise InputError(what, table.source, f"record all of {field}")
             fields[field] = [table.names.index(name) for name in names]
     _check_repeated(table, fields)
     return fields
 
 
-def _check_whole(field: str, names: list[str], there: list[str], source: str) -> None:
-    """`InputError` for an incomplete field."""
-    missing = [name for name in names if name not in there]
-    if missing:
-        raise InputError(
-            f"column {missing[0]} is missing beside {there[0]}",
-            source,
-            f"record all of {field}",
-        )
-
-
 def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:
-    """`InputError` for a repeated name of a column."""
     read = [table.names[column] for columns in fields.values() for column in columns]
     for name in (*TIMES, *read):
         if table.names.count(name) > 1:
-            raise InputError(
-                f"column {name} is there {table.names.count(name)} times",
-                table.source,
-                "keep one",
-            )
+            what = f"column {name} is there {table.names.count(name)} times"
+            raise InputError(what, table.source, "keep one")
 
 
 def _check_payload(
@@ -244,11 +221,10 @@ def _check_payload(
     loaded = np.abs(values["payload"][:, 0]) > 1e-6
     if loaded.any():
         k = np.argmax(loaded)
-        raise InputError(
-            f"the controller has already removed a payload of {values['payload'][k, 0]:.4g} kg from {FORCE}",
-            where=f"{source}, row {record.rows[k]}, column payload",
-            fix=f"record {RAW}, or set the payload to 0 and record again",
-        )
+        what = f"the controller has already removed a payload of {values['payload'][k, 0]:.4g} kg from {FORCE}"
+        where = f"{source}, row {record.rows[k]}, column payload"
+        fix = f"record {RAW}, or set the payload to 0 and record again"
+        raise InputError(what, where=where, fix=fix)
     return []
 
 
@@ -280,7 +256,6 @@ def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, s
 
 
 def _check_reference(values: dict[str, Array], raw: bool) -> list[Message]:
-    """Warnings about the frame of the wrench."""
     if "tcp_offset" not in values:
         about = (
             "axes and origin of ft_raw_wrench are"
@@ -301,4 +276,3 @@ FORMAT = Format(
     read_table=read_ur,
     is_header=is_ur,
 )
-"""Columns of a robot controller, in any file with named columns."""

@@ -36,7 +36,6 @@ SAID_ONCE = {"time-shifted", "columns-by-name", "columns-doubtful", "end-left-ou
 """Codes of messages about the file, which only the first window has."""
 
 Reader = Callable[[Table], Recording]
-"""Reads a recording from a table."""
 
 
 def windows(
@@ -119,11 +118,8 @@ def _format_of(path: str | Path) -> Format:
     found = find_format(path)
     if found is None or not (found.is_table and found.in_blocks):
         tables = " or ".join(each.name for each in table_formats() if each.in_blocks)
-        raise InputError(
-            f"only {tables} is read window by window",
-            path,
-            "convert it (hefting convert), or give `start` and `duration`",
-        )
+        fix = "convert it (hefting convert), or give `start` and `duration`"
+        raise InputError(f"only {tables} is read window by window", path, fix)
     check_readable(path)
     check_size(path, inf)
     return found
@@ -253,5 +249,4 @@ def _rows(block: Block, chosen: slice) -> Block:
 
 
 def _count(blocks: Sequence[Block]) -> int:
-    """Number of rows."""
     return sum(len(block.rows) for block in blocks)

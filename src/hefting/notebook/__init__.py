@@ -36,7 +36,6 @@ TITLES = ("quantity", "estimate ± 95 %", "from", "to", "unit")
 MOMENTS = {"Jxx": (0, 0), "Jyy": (1, 1), "Jzz": (2, 2)}
 PRODUCTS = {"Jxy": (0, 1), "Jxz": (0, 2), "Jyz": (1, 2)}
 MOST_WARNINGS = 12
-"""Most warnings that are shown."""
 KNOWN = {
     "object": "the object's own shape",
     "bounds": "the object is somewhere inside",
@@ -96,8 +95,8 @@ def card(estimate: Estimate, title: str) -> str:
     what = "COM with its 95 % region and ellipsoid of equal inertia, in three views"
     picture = picture_html(scene_of({"estimate": estimate}), what)
     numbers = table_html(TITLES, rows_of(estimate))
-    reasons = estimate.verdict.reasons
-    more = [f"warning: {text}" for text in estimate.warnings if text not in reasons]
+    others = estimate.verdict.others(estimate.warnings)
+    more = [f"warning: {text}" for text in others]
     if len(more) > MOST_WARNINGS:
         hidden = len(more) - MOST_WARNINGS
         more[MOST_WARNINGS:] = [f"and {hidden} more in .warnings"]
@@ -214,17 +213,14 @@ HEAD = f"{CELL};font-weight:600"
 BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b3261e"}
 """Background of each verdict, on which white text is readable."""
 LARGEST = 100_000
-"""Most characters of a picture."""
 RESOLUTIONS = (150, 100, 60)
-"""Dots per inch of the shape; the first one is used for which the picture is at most
-`LARGEST`."""
+"""Dots per inch of the shape; the first with a picture of at most `LARGEST` is used."""
 CARD = "background:#fff;border-radius:4px;padding:4px;max-width:100%;height:auto"
 """Style of pictures: their dark lines need white also on a dark page."""
 
 
 def text_html(text: str) -> str:
-    """A text from outside, cut to `LONGEST`; names of arguments in backquotes become
-    code."""
+    """A text from outside, cut to `LONGEST`; arguments in backquotes become code."""
     text = printable(" ".join(str(text).split()))
     cut = text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …"
     return re.sub(r"`(\w+)`", r"<code>\1</code>", escape(cut))
@@ -279,10 +275,7 @@ def table_html(
         style = HEAD if k == bold else CELL
         cells = "".join(f'<td style="{style}">{text_html(cell)}</td>' for cell in row)
         body += f'<tr style="background:none">{cells}</tr>'
-    style = (
-        "border-collapse:collapse;font-size:12px;font-variant-numeric:tabular-nums;"
-        "color:inherit;margin:0 0 8px"
-    )
+    style = "border-collapse:collapse;font-size:12px;font-variant-numeric:tabular-nums;color:inherit;margin:0 0 8px"
     return (
         f'<div style="overflow-x:auto"><table style="{style}"><thead>'
         f'<tr style="background:none">{top}</tr></thead><tbody>{body}</tbody></table></div>'

@@ -57,8 +57,7 @@ LATEST = 0.4
 STILL = 20.0
 """Size of its deviation above which the touch is not over."""
 LARGEST_MISFIT = 2.5
-"""Residual of a fit of another body, over the noise, above which no body explains a
-window."""
+"""Residual of another body's fit over the noise, above which none explains a window."""
 INERTIA_ARM = 0.3
 """[m] Prior standard deviation of another body's radius of gyration."""
 LONGEST = 6.0
@@ -145,8 +144,7 @@ class Expected:
         )
 
     def of_latest(self, z: Measurements, length: float) -> Deviation | None:
-        """The deviation of the last `length` [s] of K samples; None where they do not fill
-        it."""
+        """The deviation of the last `length` [s] of K samples; None if not filled."""
         if not len(z):
             return None
         first = int(np.searchsorted(z.time, z.time[-1] - length))

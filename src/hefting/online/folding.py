@@ -152,8 +152,7 @@ def _since(motion: Motion, begin: float) -> Motion:
 
 
 def _corrected(known: Understanding, wrench: Stream) -> tuple[Array, Array]:
-    """Times of the motion (N,) and wrench (N, 6) on the object, without its known
-    bias."""
+    """Times of the motion (N,) and wrench (N, 6) on the object, without known bias."""
     found = known.found
     assert found is not None
     c = found.conditioned
@@ -167,8 +166,7 @@ def _corrected(known: Understanding, wrench: Stream) -> tuple[Array, Array]:
 
 
 def _drifted(bias: Drift, time: Array) -> Array:
-    """(N, 6) change of a drifting bias at times (N,) [s], extrapolated beyond its last
-    knot."""
+    """(N, 6) change of a drifting bias at times (N,) [s], also beyond its last knot."""
     ahead = np.maximum(time - bias.knots[-1], 0.0)[:, None]
     slope = np.diff(bias.values[-2:], axis=0) / np.diff(bias.knots[-2:])
     return bias.change(time) + ahead * slope
@@ -177,8 +175,7 @@ def _drifted(bias: Drift, time: Array) -> Array:
 def _measured(
     motion: Motion, time: Array, wrench: Array, known: Understanding
 ) -> Measurements:
-    """Samples of a motion, except in gaps of the wrench; weighted, and without the
-    tool."""
+    """Samples of a motion, except in the wrench's gaps; weighted, without the tool."""
     found = known.found
     assert found is not None
     after = np.searchsorted(time, motion.time).clip(max=len(time) - 1)

@@ -33,8 +33,7 @@ LONGEST_AHEAD = 1.0
 an interruption, or with long parts, the others are on their way."""
 
 MOST_NUMBERS = 1_000_000
-"""Largest number of numbers that are kept: 8 MB, one minute of wrench and poses at 1
-kHz."""
+"""Most numbers that are kept: 8 MB, one minute of wrench and poses at 1 kHz."""
 
 
 class History:

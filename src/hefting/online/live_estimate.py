@@ -96,10 +96,7 @@ class LiveEstimate:
             "sufficient": self.sufficient,
             "object": self.object,
             "previous": before
-            and {
-                "mass": before.mass,
-                "center_of_mass": before.center_of_mass.tolist(),
-            },
+            and {"mass": before.mass, "center_of_mass": before.center_of_mass.tolist()},
             "counts": {
                 k: dict(v) if isinstance(v, Mapping) else v
                 for k, v in self.counts.items()
@@ -168,8 +165,7 @@ def final_estimate(
 
 
 def state_of(estimate: Estimate) -> LiveStateName:
-    """State of an estimate: whether it reaches the accuracy that was asked for, and may
-    be used."""
+    """State of an estimate: whether it has the wanted accuracy, and may be used."""
     enough = estimate.sufficient and estimate.verdict.usable
     return "sufficient" if enough else "identified"
 

@@ -27,8 +27,7 @@ REFERENCE_AGE = 1.5
 """[s] Age of the understanding by which a change of the object is judged, as a later
 one may include the other object."""
 NOTABLE_SHARE = 0.02
-"""Share of new samples from which on the noise is found again between
-understandings."""
+"""Share of new samples from which the noise is found again between understandings."""
 FOLLOWED = ("smooth", "inertial", "orientation")
 """Sources of motion that a filter of poses replaces between understandings."""
 NEEDED = ("wrench", "position", "orientation")
@@ -50,11 +49,7 @@ class Pipeline:
     """
 
     def __init__(
-        self,
-        asker: Remote | Inline,
-        *,
-        prompt: bool,
-        sensor_pose: Array | None = None,
+        self, asker: Remote | Inline, *, prompt: bool, sensor_pose: Array | None = None
     ):
         self._asker, self._prompt = asker, prompt
         self.history = History(sensor_pose=sensor_pose)
@@ -165,8 +160,7 @@ class Pipeline:
         self._filter()
 
     def catch_up(self) -> None:
-        """Find the estimate with all samples so far, so that the next one takes little
-        time."""
+        """Find the estimate with all samples so far, for a quick next one."""
         self.follow()
         self._fold()
 
@@ -197,8 +191,7 @@ class Pipeline:
             self._begin_object(float(z.time[-1]) if onset is None else onset)
 
     def _begin_object(self, since: float) -> None:
-        """Start anew with the samples from `since` [s] on, which are of another
-        object."""
+        """Start anew with the samples from `since` [s] on, of another object."""
         self._previous, before = self._estimate, self.object
         self.object += 1
         self.object_since = since
@@ -261,8 +254,7 @@ class Pipeline:
         return replace(found, estimate=replace(estimate, warnings=warnings))
 
     def _fold(self) -> Measurements | None:
-        """Update the estimate with the samples since the last understanding, and return
-        these."""
+        """Update the estimate with the samples since the last time; returns these."""
         if not self._known:
             return None
         known = self._known[-1]

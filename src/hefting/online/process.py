@@ -52,8 +52,7 @@ class Remote:
             _send(self._process.stdin, pickle.dumps(task))
 
     def answer(self) -> Understanding | None:
-        """A new answer, once; None if there is none. Raises `HeftingError` if the
-        process failed."""
+        """A new answer, once; None if there is none. `HeftingError` if it failed."""
         try:
             found: Any = self._answers.get_nowait()
         except queue.Empty:
@@ -148,8 +147,7 @@ def _receive(stream: IO[bytes]) -> bytes | None:
 
 
 class Inline:
-    """Understands each task at once, for streams that are played as fast as
-    possible."""
+    """Understands each task at once, for streams played as fast as possible."""
 
     busy = False
 

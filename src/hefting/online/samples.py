@@ -141,8 +141,7 @@ def arrays_of(samples: Samples) -> tuple[Array, Array] | None:
 
 
 def possible(name: str, time: Array, values: Array, skipped: Counter[str]) -> Mask:
-    """Mask (n,) of samples that are finite and of possible size; others are counted in
-    `skipped`."""
+    """Mask (n,) of samples that are finite and of possible size; counts others."""
     largest = LARGEST_WRENCH if name == "wrench" else LARGEST.get(name, np.inf)
     with np.errstate(all="ignore"):
         finite = np.isfinite(time) & np.isfinite(values).all(axis=1)

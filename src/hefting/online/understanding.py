@@ -43,18 +43,15 @@ from hefting.online.expected import Expected
 from hefting.shapes import Shape
 
 MOST_PARTS = 8
-"""Largest number of condensed parts, of some 20 s at 100 Hz each; beyond, the oldest is
-forgotten."""
+"""Largest number of condensed parts, of 20 s at 100 Hz each; older are forgotten."""
 SHORTEST = 1.0
-"""[s] Shorter histories are not understood, as offset and bias are not
-distinguished."""
+"""[s] No shorter history is understood, as offset and bias are not distinguished."""
 FEWEST_ROWS = 30
 """Least number of poses and wrenches."""
 TUNED_ON = 1_000
 """Number of latest poses on which the filter is tuned."""
 UNKNOWN = {"bias-undetermined", "bias-unknown", "nothing-held", "sign-uncertain"}
-"""Codes of messages on a recording that is too poor for an answer while more will
-come."""
+"""Codes of messages on a recording too poor for an answer while more will come."""
 
 
 @dataclass(frozen=True)
@@ -147,8 +144,7 @@ class Understander:
         if again := what_others_tell([*self._parts, recent])[-1]:
             recent = ingest(recording, **(reading | again))
         known = Understanding(
-            end=float(recent.measurements.time[-1]),
-            changed=_changed(recent),
+            end=float(recent.measurements.time[-1]), changed=_changed(recent)
         )
         try:
             return self._identified(known, recent, recording)

@@ -178,8 +178,7 @@ def controllers(estimate: Estimate, flange: Array | None, say: Say) -> Section:
     label = element("label", "Robot: ", element("select", *choices, id="controller"))
     button = element("button", "Copy", data_copy="controller-texts", type="button")
     content = join(
-        element("p", label, " ", button),
-        element("div", *texts, id="controller-texts"),
+        element("p", label, " ", button), element("div", *texts, id="controller-texts")
     )
     return Section("controllers", "Values for a robot's controller", content)
 

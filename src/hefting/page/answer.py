@@ -42,10 +42,7 @@ WORDS = {
     ),
 }
 """Style, title and advice of each verdict."""
-MEANING = (
-    "Each bar is a 95 % interval, the line across it the value; ± reaches to its farther end. "
-    "In sensor axes."
-)
+MEANING = "Each bar is a 95 % interval, the line across it the value; ± reaches to its farther end. In sensor axes."
 Say = Callable[[str], str]
 NAMES = (
     "mass",
@@ -72,13 +69,12 @@ def answer(estimate: Estimate, truth: InertialParameters | None, say: Say) -> Se
 def verdict_box(verdict: Verdict, warnings: Iterable[str], say: Say) -> Markup:
     """The verdict in plain words, its reasons, and the other warnings."""
     style, words, advice = WORDS[verdict.level]
-    others = [line for line in warnings if line not in verdict.reasons]
     parts: list[Markup] = [
         element("strong", f"{words}."),
         element("p", advice),
         items(say(reason) for reason in verdict.reasons),
     ]
-    if others:
+    if others := verdict.others(warnings):
         parts += [element("p", "Also:"), items(say(line) for line in others)]
     return element("div", *parts, class_=f"verdict {style}")
 

@@ -1,5 +1,4 @@
-"""Batch: results of many recordings, those worth a look, and links and commands for
-them."""
+"""Batch: results of many recordings, those worth a look, links and commands."""
 
 import json
 import re
@@ -35,7 +34,6 @@ MOST_REASONS = 100
 LONGEST = 500
 """Most characters of a text that are shown."""
 MOST_RECORDINGS = 20
-"""Most recordings that a command names."""
 
 
 def batch_page(found: Batch, context: Context | None = None) -> str:
@@ -205,7 +203,8 @@ def look_at(row: Mapping[str, Any]) -> str | None:
     name = row["name"] or (Path(alone).stem if alone is not None else row["object"])
     words = ["hefting", "identify", *map(file_word, recordings)]
     words += _options(json.loads(row["options"] or "{}"))
-    return shlex.join([*words, "--report", f"{_file_stem(name)}.html"])
+    stem = re.sub(r"[^\w.-]+", "-", name).strip("-.")[:80] or "report"
+    return shlex.join([*words, "--report", f"{stem}.html"])
 
 
 def _options(options: Mapping[str, Any]) -> Sequence[str]:
@@ -217,7 +216,3 @@ def _options(options: Mapping[str, Any]) -> Sequence[str]:
         elif value is not False:
             words.append(f"{option}={value}")
     return words
-
-
-def _file_stem(name: str) -> str:
-    return re.sub(r"[^\w.-]+", "-", name).strip("-.")[:80] or "report"

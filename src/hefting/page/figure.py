@@ -75,7 +75,6 @@ DARK = LIGHT | {
     "no-wrench": "rgba(220,220,220,0.25)",
     "other": "rgba(170,170,170,0.22)",
 }
-"""Colours on near black."""
 GAP = 0.06
 """Distance of two rows over the height of the figure."""
 MOST_BINS = 60
@@ -173,8 +172,7 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
 
 
 def rows(titles: list[str], heights: list[float], x_title: str) -> dict[str, Any]:
-    """A layout of rows with one x axis; their axes from the top are ``y``, ``y2`` and so
-    on."""
+    """A layout of rows with one x axis; their axes from the top: ``y``, ``y2``, ...."""
     free = 1.0 - GAP * (len(titles) - 1)
     shares = [height / sum(heights) * free for height in heights]
     layout: dict[str, Any] = {}

@@ -70,8 +70,7 @@ def items(lines: Iterable[object], **attributes: object) -> Markup:
 
 
 def table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
-    """A table in a box that scrolls if it is too wide; the first cell of a row is its
-    heading."""
+    """A table in a box that scrolls; the first cell of a row is its heading."""
     top = element("tr", *(element("th", name, scope="col") for name in head))
     body = []
     for name, *cells in rows:
@@ -130,10 +129,7 @@ def page_of(
         _plotly() if figures else Markup(),
         Markup(f"\n<script>{_package_file('report.js')}</script>"),
     )
-    head = (
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<link rel="icon" href="data:,">'
-    )
+    head = f'<meta http-equiv="Content-Security-Policy" content="{POLICY}"><link rel="icon" href="data:,">'
     return document(title, body, head)
 
 
@@ -251,8 +247,7 @@ def _number(row: Row) -> str:
 
 
 def _scale(rows: Sequence[Row], *, from_zero: bool) -> tuple[float, float]:
-    """Ends of a scale that holds all finite numbers of the rows that matter, with a
-    margin."""
+    """Ends of a scale for all finite numbers of rows that matter, with a margin."""
     held = [0.0] if from_zero else []
     for row in rows:
         if row.matters:

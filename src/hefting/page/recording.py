@@ -186,8 +186,7 @@ def recording(found: Ingested, estimator: Estimator) -> Section | None:
     if any(part.conditioned.bias.kind != "constant" for part in found.recordings):
         figures.insert(0, _drift(found))
         lines[0] = (
-            "The sensor's bias drifts, as recorded; what it changes by was removed. "
-            "Bands are 95 %."
+            "The sensor's bias drifts, as recorded; what it changes by was removed. Bands are 95 %."
         )
     lines.append(
         "Dynamism is |a|² + |α|² + (2|ω|)²: where it is near zero the wrench shows mass "

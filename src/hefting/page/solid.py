@@ -87,8 +87,7 @@ def _ends(traces: list[Trace], name: str) -> tuple[float, float]:
 
 
 def _eye(size: Array) -> dict[str, float]:
-    """Position of the eye from which a box of sides `size` (3,) about the origin is fully
-    visible."""
+    """Position of the eye that sees all of a box of sides `size` (3,) at the origin."""
     corners = 0.5 * size * np.stack(np.meshgrid(*3 * [(-1, 1)]), axis=-1).reshape(-1, 3)
     right_up, near = corners @ VIEW[:2].T, corners @ VIEW[2]
     distance = (near + (np.abs(right_up) / SEEN).max(axis=1)).max()

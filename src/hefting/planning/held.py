@@ -127,8 +127,7 @@ def _body(shape: Shape | None) -> InertialParameters:
 
 
 def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
-    """Body and information of an estimate, with a weak prior if a variance is
-    infinite."""
+    """Body and information of an estimate, with a weak prior for infinite variance."""
     body, C = estimate.parameters, estimate.covariance
     if not body.mass > 0.0:
         what = "the estimate has no mass to plan for"

@@ -37,8 +37,7 @@ AT_REST = 3
 
 
 def knots_of(duration: float, pieces: int) -> Array:
-    """Knots of a number of equal polynomial pieces over `duration` [s], clamped at both
-    ends."""
+    """Knots of equal polynomial pieces over `duration` [s], clamped at both ends."""
     inner = np.linspace(0.0, duration, pieces + 1)
     return np.concatenate((np.zeros(DEGREE), inner, np.full(DEGREE, duration)))
 
@@ -167,17 +166,12 @@ class Chain:
         turned = np.ascontiguousarray(np.repeat(np.eye(3)[:, :, None], K, axis=2))
         links = []
         for i, column in enumerate(self.columns):
-            m, (across, square) = self.multipliers[i], self.turns[i]
+            m = self.multipliers[i]
             _step(x, self.steps[i])
             angle = m * q[:, column] + self.offsets[i]
             sin, cos = np.sin(angle), np.cos(angle)
-            both = np.concatenate((x, turned), axis=1).reshape(3, -1)
-            flat = (3, VECTORS + 3, K)
-            both = (
-                both.reshape(flat)
-                - sin * (across @ both).reshape(flat)
-                + (1.0 - cos) * (square @ both).reshape(flat)
-            )
+            both = np.concatenate((x, turned), axis=1)
+            both = _turned(both, self.turns[i], -sin, cos)
             x, turned = both[:, :VECTORS], both[:, VECTORS:]
             axis = self.axes[i][:, None]
             rate = m * dq[:, column]
@@ -280,7 +274,7 @@ class Passed:
             _step_back(y, chain.steps[i + 1])
             sin, cos, rate, x = self.links[i]
             column, m, axis = chain.columns[i], chain.multipliers[i], chain.axes[i]
-            across, square = chain.turns[i]
+            across, _ = chain.turns[i]
             side = axis[:, None]
             # V_i x S without the part of V_i by this joint, which is along S
             by_joints[1, column] += m * (
@@ -295,14 +289,17 @@ class Passed:
             for pair, vector in ((0, W), (1, V), (2, DW), (3, A)):
                 turn -= ((across @ x[:, vector]) * y[:, pair]).sum(axis=0)
             by_joints[0, column] += m * turn
-            flat = y.reshape(3, -1)
-            y = (
-                y
-                + sin * (across @ flat).reshape(y.shape)
-                + (1.0 - cos) * (square @ flat).reshape(y.shape)
-            )
+            y = _turned(y, chain.turns[i], sin, cos)
         position, velocity, acceleration = (each.T for each in by_joints)
         return position, velocity, acceleration
+
+
+def _turned(x: Array, turn: tuple[Array, Array], sin: Array, cos: Array) -> Array:
+    """Vectors (3, c, K) turned about an axis, of which `turn` is as in `Chain.turns`, by
+    angles of sine and cosine (K,)."""
+    flat, (across, square) = x.reshape(3, -1), turn
+    first, second = (each @ flat for each in (across, square))
+    return x + sin * first.reshape(x.shape) + (1.0 - cos) * second.reshape(x.shape)
 
 
 def _step(x: Array, step: Array) -> None:

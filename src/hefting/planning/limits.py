@@ -31,8 +31,7 @@ class Limits:
     """Hard limits of a motion of n joints; `InputError` for values that are no limits."""
 
     position: Array
-    """(n, 2) lowest and highest position of each joint [rad]; infinite of a continuous
-    joint"""
+    """(n, 2) lowest and highest positions [rad]; infinite of continuous joints"""
     speed: Array
     """(n,) [rad/s]"""
     acceleration: Array
@@ -40,8 +39,7 @@ class Limits:
     jerk: Array
     """(n,) [rad/s³]"""
     corner_speed: float = SPEED_LIMIT
-    """of every corner of the object's box and of the origin of the sensor frame
-    [m/s]"""
+    """of every corner of the object's box and of the sensor frame's origin [m/s]"""
     force: float | None = None
     """largest force [N] that the sensor shows, along each axis; None: no limit"""
     torque: float | None = None
@@ -214,8 +212,7 @@ class Constraints:
         return self.corners.T[:, :, None]
 
     def joint_shares(self, states: JointStates) -> list[Array]:
-        """Signed shares (K, n) of the limits of position, speed, acceleration and
-        jerk."""
+        """Signed shares (K, n) of limits of position, speed, acceleration and jerk."""
         pairs = zip(states, self.joint_scales, strict=True)
         return [(x - middle) / half for x, (middle, half) in pairs]
 
@@ -250,8 +247,7 @@ class Constraints:
         return bool(np.isfinite(self.wrench_range).any())
 
     def clearances(self, tip: TipMotion) -> Array:
-        """(p, c, K) distances [m] of the corners into the half-spaces, less
-        `CLEARANCE`."""
+        """(p, c, K) distances [m] of corners into half-spaces, less `CLEARANCE`."""
         normals = np.einsum("pj,jik->pik", self.normals, tip.rotation)
         along = np.einsum("pik,ci->pck", normals, self.corners)
         return (

@@ -45,8 +45,7 @@ def random_ways(
 
 
 def random_motion(problem: Problem, rng: np.random.Generator) -> Array:
-    """Free control points (P, n) of a random motion that just keeps its limits on the
-    grid."""
+    """Free control points (P, n) of a random motion just within limits on the grid."""
     most = max(int(HIGHEST * problem.duration), 3)
     terms, decay = int(rng.integers(3, most + 1)), rng.uniform(0.0, 1.5)
     time = np.linspace(0.0, problem.duration, problem.basis.values.shape[1])
@@ -56,8 +55,7 @@ def random_motion(problem: Problem, rng: np.random.Generator) -> Array:
 
 
 def fitted(basis: Basis, ways: Array) -> Array:
-    """Free control points (P, n) of the spline closest to displacements (K, n) on the
-    grid."""
+    """Free control points (P, n) of the spline nearest to displacements (K, n)."""
     return np.linalg.lstsq(basis.values[0], ways, rcond=None)[0]
 
 

@@ -53,7 +53,6 @@ MOST_SHORT = 3.0
 """Ratio of reached to asked deviations from which on there is no second search: with
 other seeds, plans of 10 s leave an inertia up to twice as uncertain."""
 RANDOM_STARTS = 12
-"""Number of random starts if none is given."""
 
 
 @immutable
@@ -94,8 +93,7 @@ class Planner:
         return planned
 
     def _longer(self, found: Found) -> Iterator[Forecast]:
-        """Forecasts at the end of the motion repeated 2, 4, 8 ... times, up to
-        `LONGEST`."""
+        """Forecasts after the motion repeated 2, 4, 8 ... times, up to `LONGEST`."""
         copies, most = 1, int(LONGEST / found.trajectory.duration)
         while copies < most:
             copies = min(2 * copies, most)

@@ -70,8 +70,7 @@ class Objective:
         return cls(tuple(rows), frozen(floors), not rows)
 
     def value(self, information: Array) -> tuple[float, Array]:
-        """Logarithm of the uncertainty, and its derivative (10, 10) by the information
-        (10, 10)."""
+        """Log of the uncertainty, and its derivative by the information (10, 10)."""
         scale = 1.0 / np.sqrt(information.diagonal())
         L = np.linalg.cholesky(scale[:, None] * information * scale)
         half = np.linalg.solve(L, np.diag(scale))
@@ -144,11 +143,9 @@ class Cuts:
 GRID = 30.0
 """[Hz] Rate of the optimisation's grid: ten times that of the motion."""
 FINEST_PIECE = 0.3
-"""[s] Least duration of a polynomial piece: motion up to some 1.5 Hz, which cobots
-follow."""
+"""[s] Least duration of a polynomial piece: cobots follow some 1.5 Hz."""
 MOST_PIECES = 100
-"""Largest number of polynomial pieces: more would take too long, so longer motions are
-slower."""
+"""Largest number of polynomial pieces: longer motions are slower."""
 
 
 @immutable

@@ -57,8 +57,7 @@ ANOTHER = "give another `start`"
 
 @immutable
 class Effort:
-    """Lengths of the search in steps, so that a seed gives the same plan on any
-    machine."""
+    """Lengths of the search in steps, so that a seed gives one plan on all machines."""
 
     candidates: int
     """random motions"""

@@ -1,5 +1,4 @@
-"""The links of a robot and the object it holds, as convex solids that move with the
-joints."""
+"""A robot's links and its object, as convex solids that move with the joints."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -28,7 +27,6 @@ MOST_SOLIDS = 12
 THIN = 1e-3
 """[m] Least thickness of a solid."""
 OBJECT = "the object"
-"""Name of the held solid."""
 
 
 @immutable

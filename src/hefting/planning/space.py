@@ -77,8 +77,7 @@ class HalfSpace:
         return cls(plain, frozen(sign * factors / size), sign * bound / size)
 
     def clearance(self, points: Array) -> Array:
-        """Signed distance (...) [m] of points (..., 3) from its boundary, negative
-        outside."""
+        """Distance (...) [m] of points (..., 3) from its boundary, negative outside."""
         return np.asarray(points) @ self.normal - self.offset
 
 

@@ -172,8 +172,7 @@ def asked_of_tour(asked: Accuracy | None) -> Accuracy:
 
 
 def planned_tour(searcher: Searcher, problem: Problem, start: Array) -> Found:
-    """The best tour from joint positions `start` (n,); `InputError` if none keeps the
-    limits."""
+    """The best tour from positions `start` (n,); `InputError` if none keeps limits."""
     problem = replace(problem, start=start)
     tour = best_tour(problem, searcher.rng, lambda q: _is_free(searcher, q))
     for _ in range(MOST_SLOWED):

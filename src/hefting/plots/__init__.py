@@ -37,8 +37,7 @@ FIGURES = {
         "object, and how sure one is expected to become",
     ),
 }
-"""File and content of each figure, by the function that draws it, a public name of this
-package."""
+"""File and content of each figure, by the public function that draws it."""
 
 _HOME = {name: file for name, (file, _) in FIGURES.items()} | {
     "picture_of": "style",

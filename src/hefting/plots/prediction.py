@@ -31,9 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 SHADED = 0.3
-"""Opacity of the band."""
 MOST_COLUMNS = 6
-"""Most entries in a line of the legend."""
 
 
 def plot_prediction(
@@ -56,10 +54,7 @@ def plot_prediction(
     height, usable = 0.75 + 1.8 * sum(heights), prediction.verdict.usable
     with headed(height, lines, usable) as (figure, below):
         rows = below.subplots(
-            2 * len(part),
-            1,
-            sharex=True,
-            gridspec_kw={"height_ratios": 2 * heights},
+            2 * len(part), 1, sharex=True, gridspec_kw={"height_ratios": 2 * heights}
         )
         shown = chosen(len(prediction))
         time = prediction.time[shown] + prediction.static

@@ -74,7 +74,6 @@ LINE = 0.15
 COLUMN = 62
 """Approximate number of characters in `WIDTH`."""
 MOST_LINES = 3
-"""Most lines of the reason."""
 
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
@@ -109,8 +108,7 @@ def picture_of(figure: "Figure", suffix: str) -> bytes:
 
 @contextmanager
 def style() -> Iterator[None]:
-    """A context in which matplotlib uses `STYLE`. `MissingDependencyError` without
-    matplotlib."""
+    """Within, matplotlib uses `STYLE`. `MissingDependencyError` without matplotlib."""
     with needing("matplotlib", "plot"):
         import matplotlib
     with matplotlib.rc_context(STYLE):
@@ -158,8 +156,7 @@ def lines_of(
 
 
 def _wrapped(text: str, columns: int) -> list[str]:
-    """Lines of at most `columns` characters that keep a name, its number and its interval
-    together."""
+    """Lines of at most `columns` characters; a name keeps its number and interval."""
     kept = re.sub(r"(\w+) (\S+) ± (\S+)", "\\1\xa0\\2\xa0±\xa0\\3", text)
     return [line.replace("\xa0", " ") for line in wrap(kept, columns)]
 

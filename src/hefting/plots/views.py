@@ -115,8 +115,7 @@ def _legend_lines(scene: Scene) -> int:
 
 
 def _draw_view(axes: "Axes", scene: Scene, i: int, j: int, mark: float) -> None:
-    """The scene projected on axes `i` and `j`; `mark` is the size of a COM's mark
-    [mm]."""
+    """The scene projected on axes `i` and `j`; `mark` is a COM's size [mm]."""
     if scene.surface is not None:
         _draw_surface(axes, scene.surface, i, j)
     if scene.points is not None:

@@ -113,10 +113,8 @@ def predict(
         reading = reading_std(wrench, accuracy)
         std = None if spread is None else np.hypot(spread.of_wrench(z), reading)
         if not np.isfinite(wrench).all() or (std is not None and np.isnan(std).any()):
-            raise InputError(
-                "the predicted wrench is not finite: no object is as heavy",
-                trajectory.source,
-            )
+            what = "the predicted wrench is not finite: no object is as heavy"
+            raise InputError(what, trajectory.source)
         peaks = {
             name: _peak(z, wrench, spread, reading, part)
             for name, part in PARTS.items()
@@ -157,10 +155,8 @@ def _wrenchless(recording: Recording, motion: Source) -> Recording:
         last = min(recording[name].time[-1] for name in TWIST)
         covered = (poses.time >= first) & (poses.time <= last)
         if not covered.any():
-            raise InputError(
-                "velocities, accelerations and poses have no time in common",
-                recording.source,
-            )
+            what = "velocities, accelerations and poses have no time in common"
+            raise InputError(what, recording.source)
         poses = poses[covered]
     zeros = Stream(poses.time, np.zeros((len(poses), 6)), poses.rows)
     return replace(recording, streams={**recording.streams, "wrench": zeros})

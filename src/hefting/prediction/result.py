@@ -30,14 +30,12 @@ LARGELY = 0.1
 """Ratio of the varying part of that difference to the variation of the wrench above which
 the prediction is not to be used: 8 % more mass, or a COM off by 1 cm."""
 MOSTLY = 0.5
-"""Share of the squared difference that varies below which its constant part is
-reported."""
+"""Varying share of the squared difference below which its constant part is reported."""
 
 
 @immutable
 class Agreement:
-    """A measured wrench, corrected, and compared with the predicted one at its own L
-    instants."""
+    """A corrected wrench, compared with the predicted one at its L instants."""
 
     time: Array
     """(L,) [s], on the motion's clock"""
@@ -54,8 +52,7 @@ class Agreement:
     """(2,) the same for the residuals of least squares with a free bias on this
     recording; None with fewer than `FEWEST` samples"""
     within: Array | None
-    """(2,) shares of forces and torques inside the band widened by ``own``; 0.95 is
-    expected"""
+    """(2,) shares of forces and torques in the band with ``own``; 0.95 is expected"""
     sign: WrenchSign
     """sign convention of the measured wrench"""
     notes: tuple[Message, ...] = ()
@@ -89,10 +86,7 @@ def agreement(
     z, sign = found.measurements, found.sign
     warnings: list[Message] = []
     if not sign.certain:
-        what = (
-            f"the sign of the measured wrench is uncertain ({sign.doubt}); assumed "
-            f"{sign.name}"
-        )
+        what = f"the sign of the measured wrench is uncertain ({sign.doubt}); assumed {sign.name}"
         warnings.append(warning("sign-uncertain", what, "wrench"))
     predicted = predict_wrench(z, estimate.parameters.vector)
     difference = z.wrench - predicted
@@ -159,10 +153,7 @@ def _other_object(
     (force, torque), (usual, turning) = varying, expected
     cause = "is it another object, or another grasp?"
     if has_tool:
-        cause = (
-            "is the tool on the sensor here too (give `tool`), or is it "
-            "another object, or another grasp?"
-        )
+        cause = "is the tool on the sensor here too (give `tool`), or is it another object, or another grasp?"
     what = (
         f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
         f"expected to by {usual:.2g} N and {turning:.2g} N m: {cause}"

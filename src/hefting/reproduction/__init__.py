@@ -22,15 +22,7 @@ import hefting
 from hefting.core.errors import HeftingError, InputError, nearest
 from hefting.core.files import write_atomically
 from hefting.jobs import Jobs, Lost, check_workers, source_version
-from hefting.page.html import (
-    Markup,
-    document,
-    element,
-    escape,
-    join,
-    note,
-    table,
-)
+from hefting.page.html import Markup, document, element, escape, join, note, table
 from hefting.plots.style import save_figure
 from hefting.reproduction.experiment import (
     Experiment,
@@ -178,7 +170,10 @@ def run_experiments(
                 lost.append(f"a job of {name} is lost: {result.reason}")
                 continue
             done[name][i] = result
-            _keep(folder, name, wanted[name][i], result)
+            path = _path(folder, name, wanted[name][i])
+            make_folder(path.parent)
+            kept = {"job": wanted[name][i], "result": result}
+            write_atomically(path, json.dumps(kept))
             results = done[name]
             progress(name, sum(r is not None for r in results), len(results))
     if lost:
@@ -206,12 +201,6 @@ def _path(folder: Path, name: str, job: Job) -> Path:
         json.dumps([source_version(), job], sort_keys=True).encode()
     ).hexdigest()[:24]
     return folder / "results" / name / f"{key}.json"
-
-
-def _keep(folder: Path, name: str, job: Job, result: Result) -> None:
-    path = _path(folder, name, job)
-    make_folder(path.parent)
-    write_atomically(path, json.dumps({"job": job, "result": result}))
 
 
 def _kept(folder: Path, name: str, job: Job) -> Result | None:

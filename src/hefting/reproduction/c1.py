@@ -28,6 +28,7 @@ from hefting.reproduction.experiment import (
     Result,
     Results,
     Table,
+    jobs_of,
     over_limit,
     speeds_of,
     thing,
@@ -42,7 +43,6 @@ TIMES = (0.25, 0.5, 1.0, 1.5, 2.5, 4.0, 6.5, 10.0, 15.0, 23.0, 35.0)
 SHOWN = (1.5, 10.0)
 """Times in the table [s]."""
 SEEDS = 8
-"""Number of noise seeds for each object and speed."""
 
 
 def jobs(quick: bool) -> list[Job]:
@@ -50,11 +50,7 @@ def jobs(quick: bool) -> list[Job]:
     objects, speeds, seeds = (
         (("hammer",), (1.0, 2.0, 4.0), 1) if quick else (OBJECTS, tuple(SPEEDS), SEEDS)
     )
-    return [
-        {"object": name, "speed": speed, "seeds": seeds}
-        for name in objects
-        for speed in speeds
-    ]
+    return jobs_of(objects, speeds, seeds=seeds)
 
 
 def run(job: Job) -> Result:

@@ -29,11 +29,9 @@ PUBLISHED = {
 }
 """Published condition numbers by arm and average angular speed [rad/s]."""
 ROBOT = ("xarm7", 1.1, 1.5)
-"""Arm, average angular speed [rad/s] and duration [s] of the paper's robot
-experiments."""
+"""Arm, mean angular speed [rad/s] and duration [s] of the paper's robot experiments."""
 SIZES = (0.1, 0.15, 0.2, 0.3)
-"""[m] Sizes of the body whose units scale the columns: its sides are 0.05, 0.2 and 0.3
-m."""
+"""[m] Sizes of the body that scales the columns: its sides are 0.05, 0.2 and 0.3 m."""
 EXACT, AVERAGED = 0.2, 0.15
 """Sizes [m] of the two readings that are compared with the published figures."""
 TICKS = (10, 20, 50, 100, 200, 400)

@@ -1,5 +1,4 @@
-"""Point density: accuracy and compute time of PMD; together with `c1` the paper's 328
-runs."""
+"""Point density: accuracy and compute time of PMD; with `c1` the paper's 328 runs."""
 
 import time
 from collections.abc import Callable
@@ -42,7 +41,6 @@ SPEED = 1.5
 TIMES = (1.5, 35.0)
 """Times of the estimates [s]."""
 SEEDS = 10
-"""Number of noise seeds for each object."""
 LAMBDA, USUAL = 0.1, 56
 """PMD's regularization in the paper, and its number of points there."""
 SERIES = {
@@ -222,7 +220,6 @@ def _claims(
 
 
 def _times_table(timed: list[tuple[Job, Result]]) -> Table:
-    """Times by number of points and of observations."""
     first = timed[0][1]["whole"][0]
     rows = [
         (result["points"], count, 1e3 * solve, 1e3 * whole, whole / first)
@@ -267,8 +264,7 @@ def _notes(claims: list[tuple]) -> tuple[str, ...]:
 
 
 def claim(name: str, count: int, coarse: np.ndarray, fine: np.ndarray) -> tuple:
-    """A row of the claim: paired t test of errors (n,) of the coarser and the finer
-    grid."""
+    """A row of the claim: paired t test of errors (n,) of coarser and finer grid."""
     from scipy.stats import t
 
     difference, n = fine - coarse, len(fine)

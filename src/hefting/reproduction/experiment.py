@@ -221,9 +221,13 @@ def mark_limit(axes: "Axes") -> None:
 
 
 def over_limit(speed: float) -> bool:
-    """Whether the paper's linear speed at an angular one [rad/s] is above ISO
-    10218-1's."""
+    """Whether the paper's speed at an angular one [rad/s] is above ISO 10218-1's."""
     return SPEEDS[speed] > SPEED_LIMIT
+
+
+def jobs_of(objects: Iterable[str], speeds: Iterable[float], **more: Any) -> list[Job]:
+    """A job for each object and speed, with `more` that is the same for all."""
+    return [{"object": name, "speed": s, **more} for name in objects for s in speeds]
 
 
 def speeds_of(results: Results) -> list[Any]:

@@ -147,8 +147,7 @@ def _followed(observed: Observed, live: PoseFilter) -> Measurements:
 
 
 def smoothed(observed: Observed) -> Iterator[Measurements]:
-    """Each window, by this project's smoother and sample weights from its poses
-    alone."""
+    """Each window, by this project's smoother and weights from its poses alone."""
     for window in _windows_of(observed):
         part = observed[window]
         motion = fit_poses(part.time, part.position, part.orientation).at(part.time)
@@ -173,8 +172,7 @@ def weak_geo(subject: Thing, z: Measurements) -> Estimator:
 
 
 def noise_found(subject: Thing, z: Measurements) -> Estimator:
-    """GEO with the noise of the residuals of least squares, increased for their
-    autocorrelation."""
+    """GEO with the noise of least squares' residuals, increased for autocorrelation."""
     fit = fit_freely(z, False)
     factor = float(np.sqrt(fit.autocorrelation))
     return GEO(

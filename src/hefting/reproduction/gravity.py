@@ -1,5 +1,4 @@
-"""Gravity's share in force and torque: of human motion, and of the simulated
-motions."""
+"""Gravity's share in force and torque: of human and of simulated motions."""
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from hefting.reproduction.experiment import (
     Result,
     Results,
     Table,
+    jobs_of,
     legend_above,
     mark_limit,
     marked,
@@ -31,8 +31,7 @@ HUMAN = {
     "object mass kg": (0.257, 0.110),
     "object radius m": (0.081, 0.068),
 }
-"""Means and medians of human manipulation in daily living (Nadeau et al. 2022, table
-I)."""
+"""Means and medians of daily human manipulation (Nadeau et al. 2022, table I)."""
 YCB_OBJECTS = 63
 """Number of the Yale-CMU-Berkeley set's 77 objects that the paper averages over."""
 DOMINANCE = 5.0
@@ -48,7 +47,7 @@ def jobs(quick: bool) -> list[Job]:
     objects, speeds = (
         (("hammer", "empty"), (1.0, 4.0)) if quick else (OBJECTS, tuple(SPEEDS))
     )
-    return [{"object": name, "speed": speed} for name in objects for speed in speeds]
+    return jobs_of(objects, speeds)
 
 
 def run(job: Job) -> Result:
@@ -91,8 +90,7 @@ def human(k: int) -> dict[str, float]:
 
 
 def report(results: Results) -> Report:
-    """The paper's ratios recomputed, its object statistics, and the simulated
-    motions."""
+    """The paper's ratios recomputed, its object statistics, and simulated motions."""
     speeds = speeds_of(results)
     shares = {  # (objects,) by quantity and speed
         part: {

@@ -19,6 +19,7 @@ from hefting.reproduction.experiment import (
     Result,
     Results,
     Table,
+    jobs_of,
     legend_above,
     mark_limit,
     mean,
@@ -43,11 +44,7 @@ def jobs(quick: bool) -> list[Job]:
     """A job for each object and speed."""
     objects = ("hammer", "half-n-half") if quick else OBJECTS
     speeds = (1.0, 2.0) if quick else SPEEDS
-    return [
-        {"object": name, "speed": speed, "seed": 1}
-        for name in objects
-        for speed in speeds
-    ]
+    return jobs_of(objects, speeds, seed=1)
 
 
 def run(job: Job) -> Result:

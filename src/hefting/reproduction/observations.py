@@ -1,5 +1,4 @@
-"""After 150 observations: four methods at three speeds, with the motion by a Kalman
-filter."""
+"""After 150 observations: four methods, three speeds, motion by a Kalman filter."""
 
 from collections.abc import Iterable, Iterator
 from itertools import product
@@ -60,8 +59,7 @@ PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "GEO": ((1.45, 2.65, 4.09), (33.0, 33.1, 32.6), (MOSTLY_WRONG, 252.0, 109.0)),
     "PMD": ((1.34, 2.15, 1.91), (9.83, 15.5, 16.4), (44.1, 43.5, 43.6)),
 }
-"""Errors [%] of mass, COM and inertia at these speeds; 500 where the paper states
-"> 500"."""
+"""Errors [%] of mass, COM, inertia at these speeds; 500 where the paper has "> 500"."""
 LABELS = tuple(QUANTITIES.values())
 FIRST, SHARP = "cold, first 1.5 s", "cold, first 1.5 s, sharper poses"
 KINDS = ("warm", "cold", "smoother", FIRST, SHARP)
@@ -110,8 +108,7 @@ METHODS: dict[str, Method] = {
     ),
     "GEO, prior moved twice": doubled,
 }
-"""Methods, those of the main table first; the literature's weight of GEO is 1e-5
-tr(A'A)."""
+"""Methods, the main table's first; the literature's weight of GEO is 1e-5 tr(A'A)."""
 
 
 def jobs(quick: bool) -> list[Job]:
@@ -190,8 +187,7 @@ def report(results: Results) -> Report:
 
 
 def tables(results: Results, scores: Scores, speeds: list[float]) -> tuple[Table, ...]:
-    """Published and own errors, other settings, differences, errors of the motion, and
-    all results."""
+    """Published and own errors, settings, differences, errors of motion, results."""
     others = [name for name in METHODS if name not in MAIN]
     columns = (
         "motion",

@@ -56,8 +56,7 @@ METHODS: dict[str, Method] = {
     "PMD-5K": pmd(5e3),
     "PMD-25K": pmd(25e3),
 }
-"""GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of
-it."""
+"""GEO at the literature's prior weight, 1e-5 tr(A'A), and at a thousandth of it."""
 TURNED, SHIFTED = np.radians(1.0), 2e-3
 """Error of the shape's pose [rad], [m]."""
 BIAS = (0.3, 0.015)
@@ -74,7 +73,6 @@ CAUSES = {
     "gain": "sensor's gain 4 % off",
     "all": "all four",
 }
-"""Faults of a real arm."""
 TOPS = (20.0, 1e3, 1e4)
 """Upper ends of the figure's panels [%], where larger values are drawn."""
 DRAWN = {

@@ -141,7 +141,9 @@ def _geometries(parts: list[_Element], path: str | Path) -> Iterator[Geometry]:
             names, count = SIZES[kind]
             text = " ".join(attributes.get(name, "") for name in names.split())
             size = read_numbers(text, count, f"the size of a {kind}", where)
-        _check_size(np.concatenate((position, size)), where)
+        if np.abs((*position, *size)).max() > LARGEST_SIZE:
+            what = f"a visual part is larger than {LARGEST_SIZE:g} m"
+            raise InputError(what, where, "give lengths in metres")
         yield Geometry(
             element.link,
             element.part,
@@ -150,15 +152,6 @@ def _geometries(parts: list[_Element], path: str | Path) -> Iterator[Geometry]:
             kind,
             tuple(size),
             file,
-        )
-
-
-def _check_size(values: Array, where: str) -> None:
-    if np.abs(values).max() > LARGEST_SIZE:
-        raise InputError(
-            f"a visual part is larger than {LARGEST_SIZE:g} m",
-            where,
-            "give lengths in metres",
         )
 
 

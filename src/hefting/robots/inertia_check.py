@@ -53,9 +53,7 @@ def least_second_moment(mass: float, inertia: Array) -> float:
     tensor (3, 3)."""
     possible = np.maximum(np.linalg.eigvalsh(second_moments(inertia)), 0.0)
     return max(
-        THINNEST_SHARE * float(possible.sum()),
-        THINNEST_LENGTH**2 * mass,
-        LEAST_MOMENT,
+        THINNEST_SHARE * float(possible.sum()), THINNEST_LENGTH**2 * mass, LEAST_MOMENT
     )
 
 

@@ -70,8 +70,7 @@ class Inertial:
 
     @property
     def radius_of_gyration(self) -> float:
-        """Root mean square distance from the COM [m]; zero if the mass is not
-        positive."""
+        """Root mean square distance from the COM [m]; zero without positive mass."""
         if not self.mass > 0.0:
             return 0.0
         return math.sqrt(max(0.5 * float(np.trace(self.inertia)) / self.mass, 0.0))

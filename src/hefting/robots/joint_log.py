@@ -81,11 +81,7 @@ def with_poses(
     warnings = (*recording.warnings, *angle_doubts(q, robot))
     notes = (*recording.notes, note("poses-from-joints", done))
     return replace(
-        recording,
-        streams=kept | poses,
-        warnings=warnings,
-        notes=notes,
-        angles=None,
+        recording, streams=kept | poses, warnings=warnings, notes=notes, angles=None
     )
 
 
@@ -109,10 +105,8 @@ def _joints_of_columns(
     if not names:
         return _joints_by_number(count, robot, source)
     if len(names) != count:
-        raise InputError(
-            f"{len(names)} joint names for {count} columns of joint positions",
-            where=source,
-        )
+        what = f"{len(names)} joint names for {count} columns of joint positions"
+        raise InputError(what, where=source)
     missing = [name for name in robot.joints if name not in names]
     if missing:
         what = f"lacks joint {listed(missing, 10)} of {robot.source}{nearest(missing[0], names)}"

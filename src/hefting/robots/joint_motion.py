@@ -32,10 +32,8 @@ class JointMotion:
             or len(shape) != 2
             or {self.velocity.shape, self.acceleration.shape} != {shape}
         ):
-            raise InputError(
-                "time (K,), position, velocity and acceleration (K, n) do not agree",
-                where="JointMotion",
-            )
+            what = "time (K,), position, velocity and acceleration (K, n) do not agree"
+            raise InputError(what, where="JointMotion")
 
 
 @immutable
@@ -69,8 +67,7 @@ class SensorMotion:
 
     @property
     def mean_speeds(self) -> tuple[float, float]:
-        """Means over the samples of the angular speed [rad/s] and of the sensor
-        origin's speed [m/s]."""
+        """Mean angular speed [rad/s], and mean speed of the sensor's origin [m/s]."""
         angular, linear = (
             np.linalg.norm(v, axis=1)
             for v in (self.angular_velocity, self.linear_velocity)

@@ -21,8 +21,7 @@ CHUNK = 8_192
 
 @immutable
 class Screw:
-    """A movable joint between root and sensor frame, in root axes with all screws at
-    zero."""
+    """A movable joint between root and sensor frame, in root axes at zero screws."""
 
     slides: bool
     """whether it is prismatic"""
@@ -128,11 +127,8 @@ class Robot:
                 )
             )
         if not np.isfinite(position).all():
-            raise InputError(
-                f"'{sensor_frame}' is infinitely far away",
-                where=path,
-                fix="give lengths in metres",
-            )
+            what = f"'{sensor_frame}' is infinitely far away"
+            raise InputError(what, where=path, fix="give lengths in metres")
         every = (
             joint
             for joint in tree.joints.values()
@@ -173,10 +169,8 @@ class Robot:
         )
         if bad.any():
             k = int(np.argmax(bad))
-            raise InputError(
-                f"joint positions of sample {k + 1} give no finite pose",
-                where=self.source,
-            )
+            what = f"joint positions of sample {k + 1} give no finite pose"
+            raise InputError(what, where=self.source)
         return position, orientation
 
     @np.errstate(over="ignore", invalid="ignore")
@@ -223,10 +217,8 @@ def resolved(joint: Joint, tree: Tree) -> tuple[str, float, float]:
         name, factor, shift = joint.mimic
         multiplier, offset = multiplier * factor, multiplier * shift + offset
         if name not in tree.joints:
-            raise InputError(
-                f"it mimics '{name}', which is not there{nearest(name, tree.joints)}",
-                where=where,
-            )
+            what = f"it mimics '{name}', which is not there{nearest(name, tree.joints)}"
+            raise InputError(what, where=where)
         if name in passed:
             raise InputError(
                 f"it mimics itself (by way of {listed(sorted(passed), 5)})", where=where

@@ -19,7 +19,6 @@ SCALAR = ("revolute", "continuous", "prismatic")
 """Kinds of joint with one position: [rad], [rad], [m]."""
 
 KINDS = (*SCALAR, "fixed", "floating", "planar")
-"""All kinds of joint."""
 
 PARTS = ("parent", "child", "origin", "axis", "mimic", "limit")
 """Elements of a joint that are read."""
@@ -28,8 +27,7 @@ LONGEST_NAME = 200
 """Most characters of a name."""
 
 MOST = 2_000
-"""Most links, and most joints, of one robot; humanoids with hands have about a
-hundred."""
+"""Most links, and most joints, of one robot; humanoids with hands have some hundred."""
 
 
 @immutable
@@ -166,11 +164,8 @@ def _joint(
     where = f"{path}, joint '{name}'"
     kind = attributes.get("type", "")
     if kind not in KINDS:
-        raise InputError(
-            f"its type is '{kind[:40]}'{nearest(kind[:40], KINDS)}",
-            where,
-            f"use {', '.join(KINDS)}",
-        )
+        what = f"its type is '{kind[:40]}'{nearest(kind[:40], KINDS)}"
+        raise InputError(what, where, f"use {', '.join(KINDS)}")
     position, orientation = read_origin(parts.get("origin", {}), where)
     axis = np.array((1.0, 0.0, 0.0))
     if "axis" in parts and kind not in ("fixed", "floating"):
@@ -265,11 +260,8 @@ def _root(links: list[str], joints: list[Joint], path: str | Path) -> str:
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
         fix = "connect them by joints (type fixed, if need be)"
-        raise InputError(
-            f"the links are not one tree; roots are {listed(roots, 10)}",
-            where=path,
-            fix=fix,
-        )
+        what = f"the links are not one tree; roots are {listed(roots, 10)}"
+        raise InputError(what, where=path, fix=fix)
     reached, queue = set(roots), roots[:]
     while queue:
         below = children[queue.pop()]
@@ -277,9 +269,6 @@ def _root(links: list[str], joints: list[Joint], path: str | Path) -> str:
         queue += below
     if len(reached) < len(links):
         lost = [link for link in links if link not in reached]
-        raise InputError(
-            f"joints form a loop through {listed(lost, 10)}",
-            path,
-            "a URDF is a tree: cut the loop",
-        )
+        what = f"joints form a loop through {listed(lost, 10)}"
+        raise InputError(what, path, "a URDF is a tree: cut the loop")
     return roots[0]

@@ -8,7 +8,7 @@ from hefting.core.estimate import Estimate, com_jacobian
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.sensor_accuracy import Z95
-from hefting.core.spatial import Array, freeze, own, rotation_matrices
+from hefting.core.spatial import Array, changed_rows, freeze, own, rotation_matrices
 from hefting.robots.arm import LARGEST_SIZE, Geometry
 from hefting.shapes import Shape
 from hefting.shapes.reading import read_mesh
@@ -151,8 +151,7 @@ def reach(estimate: Estimate, name: str) -> Array | None:
 
 
 def _com_correlation(estimate: Estimate) -> Array:
-    """Correlation (3, 3) of the COM's errors; the identity if the covariance does not
-    determine it."""
+    """Correlation (3, 3) of the COM's errors; the identity if undetermined."""
     covariance = estimate.covariance
     if covariance is None or not np.isfinite(covariance[:4, :4]).all():
         return np.eye(3)
@@ -181,8 +180,7 @@ class Surface:
 
 
 def surface_of(shape: Shape) -> Surface | None:
-    """The surface of a shape with at most `MOST_TRIANGLES`; None for a cloud or an
-    unknown shape."""
+    """The surface of a shape, of at most `MOST_TRIANGLES`; None without one."""
     if shape.faces is None or shape.known == "reach":
         return None
     vertices, faces = coarser(shape.hull, shape.faces, MOST_TRIANGLES)
@@ -219,9 +217,7 @@ def _merged(
     first = np.argmin(new, axis=1)[:, None]
     new = np.take_along_axis(new, (first + np.arange(3)) % 3, axis=1)
     new = new[np.lexsort(new.T)]
-    repeated = np.zeros(len(new), dtype=bool)
-    repeated[1:] = (new[1:] == new[:-1]).all(axis=1)
-    return means, new[~repeated]
+    return means, new[changed_rows(new)]
 
 
 class LinkSurfaces:

@@ -78,11 +78,8 @@ def load_shape(
         return Shape.from_cloud(text, unit, pose, points, points_per_cm3)
     if suffix not in MESH_SUFFIXES:
         known = ", ".join(sorted({*MESH_SUFFIXES, *CLOUD_SUFFIXES}))
-        raise InputError(
-            "not a shape",
-            text,
-            f"give box:X0,X1,Y0,Y1,Z0,Z1 or a file ending in {known}",
-        )
+        fix = f"give box:X0,X1,Y0,Y1,Z0,Z1 or a file ending in {known}"
+        raise InputError("not a shape", text, fix)
     return Shape.from_mesh(text, unit, pose, points, points_per_cm3)
 
 

@@ -206,16 +206,14 @@ NEGLIGIBLE_PART = 1e-5
 POINTS_OVER_SHARE = 1.0
 """Number of points of missed parts over that in proportion to their volume."""
 POINTS_OF_PART = 3
-"""Points in addition for each missed part, whose inertia one point does not
-represent."""
+"""Points added for each missed part, whose inertia one point does not represent."""
 PIECE_SIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256)
 """Candidate sides of a piece, in cells."""
 
 
 @immutable
 class Lattice:
-    """Cells of a grid that cover the bounding box of a solid, and which of them have a
-    point."""
+    """Cells of a grid over a solid's bounding box, and which of them have a point."""
 
     low: Array
     """(3,) [m] lower corner"""

@@ -20,8 +20,7 @@ UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 KNOWN = ("object", "bounds", "reach")
 """Values of `Shape.known`: the object's shape, a box around it, or nothing is known."""
 REACH = 0.5
-"""[m] Largest distance of a held object of unknown shape from the sensor, along each
-axis."""
+"""[m] Largest distance of a held object of unknown shape from the sensor, per axis."""
 ROUGH = 0.2
 """`Shape.shape_std` of a box or a hull that is only known to hold the object."""
 SMALL_CAPS = 0.02
@@ -39,8 +38,7 @@ DEFAULT_POINTS = 56
 
 
 def arrays_of(source: Any) -> tuple[Array, np.ndarray] | None:
-    """Vertices and faces of an object that has both (a trimesh or Open3D-like mesh),
-    else None."""
+    """Vertices and faces of an object that has both, as trimesh's, else None."""
     vertices, faces = getattr(source, "vertices", None), getattr(source, "faces", None)
     if vertices is None or faces is None:
         return None
@@ -52,10 +50,8 @@ def unit_scale(unit: str | None) -> float:
     if unit is None:
         return 1.0
     if unit not in UNITS:
-        raise InputError(
-            f"unknown unit '{unit}'{nearest(str(unit), UNITS)}",
-            fix=f"use one of {', '.join(UNITS)}",
-        )
+        what = f"unknown unit '{unit}'{nearest(str(unit), UNITS)}"
+        raise InputError(what, fix=f"use one of {', '.join(UNITS)}")
     return UNITS[unit]
 
 
@@ -86,11 +82,8 @@ def point_array(points: Any, where: Any = None) -> Array:
     if p.ndim != 2 or p.shape[1] != 3 or len(p) == 0:
         raise InputError(f"a point cloud is an array (n, 3), not {p.shape}", where)
     if not np.isfinite(p).all() or np.abs(p).max() > 1e9:
-        raise InputError(
-            "the point cloud has values that are not finite, or beyond 1e9 m",
-            where,
-            "remove those points",
-        )
+        what = "the point cloud has values that are not finite, or beyond 1e9 m"
+        raise InputError(what, where, "remove those points")
     longest = float(np.ptp(p, axis=0).max())
     if 0.0 < longest < SMALLEST_LENGTH:
         raise InputError(

@@ -117,8 +117,7 @@ class Hull:
 
     @classmethod
     def of(cls, points: ArrayLike) -> Self:
-        """Hull of points (V, 3) [m]. Raises `InputError` unless V >= 1 and all are
-        finite."""
+        """Hull of points (V, 3) [m]. Raises `InputError` unless V >= 1, all finite."""
         center, axes, along, sides = _principal(points)
         return cls(center, axes, *_faces(along, sides))
 
@@ -299,8 +298,7 @@ def depth_inside(points: Array, sides: Array, x: Array) -> float | None:
 
 
 def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
-    """Which of the points (V, 3) are outside of any plane (F, 4) by more than the
-    tolerance."""
+    """Which of the points (V, 3) are outside any plane (F, 4) by over the tolerance."""
     number = 1 + len(planes) * len(points) // 1_000_000  # bounds the memory
     parts = np.array_split(planes[planes[:, :3].any(axis=1)], number)
     return np.logical_or.reduce(

@@ -28,8 +28,7 @@ MAX_NUMBERS = 50_000_000
 """Most numbers that the vertices of a PLY file may have in all (0.4 GB)."""
 
 MAX_NODES = 10_000
-"""Most nodes of a scene: the time to place them can grow with the square of their
-number."""
+"""Most nodes of a scene: placing them can take the square of their number."""
 
 PART = 2**20
 """Bytes of a block in which words are counted."""
@@ -75,11 +74,9 @@ def check_text(data: bytes, path: str | Path) -> None:
         lines += int(np.count_nonzero((text < ord(" ")) & (text != ord("\t"))))
         between = bool(blank[-1])
         if max(words, lines) > MAX_WORDS:
-            raise InputError(
-                f"holds more than {MAX_WORDS // 1_000_000} million words of text",
-                path,
-                "simplify or downsample it, or export it as a binary file",
-            )
+            what = f"holds more than {MAX_WORDS // 1_000_000} million words of text"
+            fix = "simplify or downsample it, or export it as a binary file"
+            raise InputError(what, path, fix)
 
 
 def check_count(count: int, path: str | Path) -> None:
@@ -123,8 +120,7 @@ class PlyVertices:
 
 
 def read_ply_vertices(path: str | Path) -> PlyVertices:
-    """Vertex properties of an ASCII or binary PLY file. Raises `InputError` for a
-    damaged one."""
+    """Vertex properties of an ASCII or binary PLY file. `InputError` if damaged."""
     _, data = read_bytes(path, (".ply",), "a PLY file")
     fix = "export it again as ASCII or binary PLY"
     if not data.startswith(b"ply") or _ply_body(data) == 0:
@@ -201,22 +197,16 @@ def read_bytes(
     read, and is neither empty nor larger than `MAX_BYTES`."""
     file, suffix = Path(path), Path(path).suffix.lower()
     if suffix not in suffixes:
-        raise InputError(
-            f"'{suffix}' is not {kind} this can read",
-            path,
-            f"use one of {', '.join(suffixes)}",
-        )
+        what = f"'{suffix}' is not {kind} this can read"
+        raise InputError(what, path, f"use one of {', '.join(suffixes)}")
     check_readable(path)
     try:
         if not file.is_file():
             what = "is not a file" if os.path.lexists(file) else "no such file"
             raise InputError(what, path, "check the path")
         if file.stat().st_size > MAX_BYTES:
-            raise InputError(
-                f"larger than {MAX_BYTES // 1_000_000} MB",
-                path,
-                "simplify or downsample it",
-            )
+            what = f"larger than {MAX_BYTES // 1_000_000} MB"
+            raise InputError(what, path, "simplify or downsample it")
         data = file.read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(

@@ -26,8 +26,7 @@ CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")
 MAX_FACES = 3_000_000
 """Most triangles of a mesh, after the instances of a scene are laid out."""
 STL_HEADER = 84
-"""Bytes of a binary STL file before its triangles: a comment of 80, and their
-number."""
+"""Bytes of a binary STL file before its triangles: a comment of 80 and their number."""
 STL_TRIANGLE = np.dtype(
     [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )
@@ -86,8 +85,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
 
 
 def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
-    """Vertices and faces of a binary STL file, each face with three vertices of its
-    own."""
+    """Vertices and faces of a binary STL file, each face with vertices of its own."""
     count, size = (
         struct.unpack_from("<I", data, STL_HEADER - 4)[0],
         STL_TRIANGLE.itemsize,
@@ -190,11 +188,8 @@ def read_cloud(path: str | Path) -> Array:
             what, path, "give one point a row: x, y, z, numbers only"
         ) from error
     if points.ndim != 2 or points.shape[1] < 3 or len(points) == 0:
-        raise InputError(
-            f"a point cloud has three columns, not shape {points.shape}",
-            path,
-            "give x, y, z",
-        )
+        what = f"a point cloud has three columns, not shape {points.shape}"
+        raise InputError(what, path, "give x, y, z")
     return np.ascontiguousarray(points[:, :3])
 
 

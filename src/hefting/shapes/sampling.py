@@ -12,7 +12,7 @@ from operator import itemgetter
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array, median
+from hefting.core.spatial import Array, changed_rows, median
 from hefting.shapes.cells import (
     MOST_DIVIDED_CELLS,
     Lattice,
@@ -34,8 +34,7 @@ MAX_POINTS = 1_000_000
 MAX_CELLS = 20_000_000
 """Most cells of one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 200_000
-"""Cells that are tested in the search of the best grid, and so limit the number of
-grids."""
+"""Cells tested in the search of the best grid, which limit the number of grids."""
 MOST_UNEVEN = 1.7
 """Longest over shortest side up to which a cell counts as nearly cubic."""
 LONGEST_ALONE = 1.6
@@ -48,8 +47,7 @@ GOOD = 0.01
 FEWEST, MOST = 0.9, 1.3
 """Preferred number of points of a grid over the wanted one."""
 PHASES = (0.5, 0.0, 0.25, 0.75)
-"""Where the first grid point lies in the first cell; 0.5 centres the grid in the
-bounding box."""
+"""First grid point in the first cell; 0.5 centres the grid in the bounding box."""
 
 LATTICE = {
     0.5: (0.0, 0, 0),
@@ -64,8 +62,7 @@ LARGEST_MISMATCH = 0.3
 points it is 0.23 for one of twelve workshop tools and below 0.05 for the others, but at
 least 0.37 where the grid counts a thin part too often or misses it."""
 FINER_GRIDS = 12
-"""Most grids, each of half the cell, that are tried for a solid without a grid point
-inside."""
+"""Most grids, each of half the cell, tried for a solid without a grid point inside."""
 
 
 @dataclass(frozen=True)
@@ -197,10 +194,8 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
     parts, total, drawn = [], 0, 0
     while total < count:
         if drawn > max(MAX_CELLS, 20 * count):
-            raise InputError(
-                "the shape fills too little of its bounding box for random points",
-                fix="use a grid",
-            )
+            what = "the shape fills too little of its bounding box for random points"
+            raise InputError(what, fix="use a grid")
         points = box.low + box.sides * rng.random((batch, 3))
         inside = points_inside(box.triangles, points)
         parts.append(points[inside])
@@ -248,7 +243,7 @@ def _centred(box: WorkingBox, cell: float, number: int) -> list[tuple]:
     cells = np.floor(box.sides / pitch) + np.indices((3, 3, 3)).reshape(3, 27).T
     cells = np.maximum(cells, 1).reshape(-1, 3)
     cells = cells[np.lexsort(cells.T[::-1])]
-    cells = cells[np.r_[True, (cells[1:] != cells[:-1]).any(axis=1)]]
+    cells = cells[changed_rows(cells)]
     size = box.sides / cells
     longest = np.where(cells > 1, size, 0).max(axis=1)
     uneven = longest / np.where(cells > 1, size, np.inf).min(axis=1)
@@ -277,10 +272,8 @@ def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
             lines.append(known[axis, line])
         cells = math.prod(len(line) for line in lines)
         if cells > MAX_CELLS:
-            raise InputError(
-                "the shape is too thin and wide for so many grid points",
-                fix="ask for fewer points",
-            )
+            what = "the shape is too thin and wide for so many grid points"
+            raise InputError(what, fix="ask for fewer points")
         if size and size + cells > 2_000_000:
             results += _evaluate_batch(box, batch, target)
             batch, size = [], 0
@@ -328,8 +321,7 @@ def _inside(
 
 
 def _points(box: WorkingBox, grid: tuple) -> tuple[Array, Lattice]:
-    """The points of a grid inside the solid, in the working frame, and the lattice of
-    its cells."""
+    """The points of a grid in the solid, in the working frame, and its lattice."""
     cells, phases = grid
     sides = zip(*grid, box.low, box.sides, strict=True)
     lines = [_centres(*side) for side in sides]

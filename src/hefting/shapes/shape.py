@@ -96,8 +96,7 @@ class Shape(Shown):
     faces: np.ndarray | None = field(default=None, repr=False)
     """Triangles (F, 3) of the surface, indices of `hull`; None: unknown."""
     shape_std: float = 0.0
-    """Standard deviation of the object from the shape, as a share of its size: see
-    `ROUGH`."""
+    """Standard deviation of object from shape, as a share of its size: see `ROUGH`."""
     known: str = "object"
     """What the shape is: ``"object"``, that of the object; ``"bounds"``, a volume that
     holds the object, of any shape; ``"reach"``, the surroundings of the sensor, which
@@ -125,9 +124,7 @@ class Shape(Shown):
         if self.extents is None:
             keep("extents", frozen(np.ptp(self.positions @ self.pose[:3, :3], axis=0)))
         if self.homogeneous is None:
-            even = np.full(self.n, 1 / self.n)
-            shares = even if self.volumes is None else self.volumes
-            keep("homogeneous", InertialParameters(self.cell_matrix @ shares))
+            keep("homogeneous", InertialParameters(self.cell_matrix @ self.shares))
         keep("hull", self.positions if self.hull is None else frozen(self.hull))
         check_hull(self.hull)
         keep("faces", None if self.faces is None else own(np.array(self.faces)))
@@ -138,6 +135,11 @@ class Shape(Shown):
     def n(self) -> int:
         """Number of points."""
         return len(self.positions)
+
+    @property
+    def shares(self) -> Array:
+        """Share of the volume of each point (n,), also where these are equal."""
+        return np.full(self.n, 1.0 / self.n) if self.volumes is None else self.volumes
 
     @cached_property
     def volume(self) -> float:
@@ -297,11 +299,8 @@ class Shape(Shown):
         vertices = read_ply_vertices(path)
         label = next((name for name in LABELS if name in vertices.columns), None)
         if label is None:
-            raise InputError(
-                "no labels in the PLY file",
-                path,
-                f"name a vertex property {LABELS[0]}, or use from_cloud",
-            )
+            fix = f"name a vertex property {LABELS[0]}, or use from_cloud"
+            raise InputError("no labels in the PLY file", path, fix)
         points = point_array(vertices.positions, path) * unit_scale(unit)
         pose = _pose_of(pose)
         labels, volumes = vertices.columns[label], vertices.columns.get("volume")

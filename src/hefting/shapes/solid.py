@@ -34,8 +34,7 @@ class Solid:
     vertices: Array
     """Vertices (V, 3) [m] in the axes of the shape's file."""
     faces: np.ndarray
-    """Vertex indices (F, 3), counter-clockwise seen from outside; the last ones are the
-    caps."""
+    """Vertex indices (F, 3), counter-clockwise from outside; the last are the caps."""
     volume: float
     """Volume [m³], by the divergence theorem."""
     centroid: Array
@@ -43,8 +42,7 @@ class Solid:
     second_moment: Array
     """Second moment of volume (3, 3) [m²] about the centroid, divided by the volume."""
     cap_fraction: float
-    """Share of the surface's area that was added to close holes; 0 for a watertight
-    mesh."""
+    """Share of the surface's area added to close holes; 0 for a watertight mesh."""
 
     @property
     def lower(self) -> Array:
@@ -70,18 +68,12 @@ def solid_from_mesh(
     """
     v, f = np.asarray(vertices, dtype=float), np.asarray(faces)
     if v.ndim != 2 or v.shape[1] != 3 or f.ndim != 2 or f.shape[1] != 3 or len(f) == 0:
-        raise InputError(
-            "the mesh has no triangles",
-            where,
-            "is the file whole? give a mesh with faces, or a point cloud as .xyz",
-        )
+        fix = "is the file whole? give a mesh with faces, or a point cloud as .xyz"
+        raise InputError("the mesh has no triangles", where, fix)
     f = f.astype(np.int64)
     if f.min() < 0 or f.max() >= len(v):
-        raise InputError(
-            "a face of the mesh names a vertex that is not there",
-            where,
-            "export the mesh again",
-        )
+        what = "a face of the mesh names a vertex that is not there"
+        raise InputError(what, where, "export the mesh again")
     v, f = _merge(v, f, where)
     if len(f) == 0:
         raise InputError(
@@ -95,17 +87,13 @@ def solid_from_mesh(
         f_all, volume = f_all[:, ::-1], -volume
     if not volume > 1e-10 * float(np.linalg.norm(np.ptp(v, axis=0))) ** 3:
         fix = "give a closed mesh, or take its convex hull (`hull`)"
-        raise InputError(
-            "the mesh encloses no volume (it is flat, or a surface without thickness)",
-            where,
-            fix,
+        what = (
+            "the mesh encloses no volume (it is flat, or a surface without thickness)"
         )
+        raise InputError(what, where, fix)
     if not np.linalg.eigvalsh(second)[0] > 0:
-        raise InputError(
-            "the mesh's surface is too tangled to tell inside from outside",
-            where,
-            "repair the mesh",
-        )
+        what = "the mesh's surface is too tangled to tell inside from outside"
+        raise InputError(what, where, "repair the mesh")
     area, cap_area = _area(closed_v[f]), _area(closed_v[caps])
     return Solid(
         frozen(closed_v),
@@ -123,11 +111,8 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     used, _, index = _unique(f.ravel())
     v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
-        raise InputError(
-            "the mesh has coordinates that are not finite, or beyond 1e9 m",
-            where,
-            "export the mesh again",
-        )
+        what = "the mesh has coordinates that are not finite, or beyond 1e9 m"
+        raise InputError(what, where, "export the mesh again")
     origin, diagonal = v.min(axis=0), float(np.linalg.norm(np.ptp(v, axis=0)))
     if diagonal == 0:
         raise InputError(
@@ -338,23 +323,16 @@ def box_solid(lower: ArrayLike, upper: ArrayLike) -> Solid:
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     if not (np.isfinite((low, high)).all() and (low < high).all()):
-        raise InputError(
-            "a box needs x0 < x1, y0 < y1, z0 < z1",
-            "box",
-            "give X0,X1,Y0,Y1,Z0,Z1 in metres",
-        )
+        what = "a box needs x0 < x1, y0 < y1, z0 < z1"
+        raise InputError(what, "box", "give X0,X1,Y0,Y1,Z0,Z1 in metres")
     if max(-low.min(), high.max()) > LARGEST_DISTANCE:
-        raise InputError(
-            "a box is at most a kilometre from the sensor",
-            "box",
-            "give its sides in metres",
-        )
+        what = "a box is at most a kilometre from the sensor"
+        raise InputError(what, "box", "give its sides in metres")
     return solid_from_mesh(corners_between(low, high), BOX_FACES, "box")
 
 
 def corners_between(low: Array, high: Array) -> Array:
-    """(8, 3) corners of the box between two corners (3,), the lowest first and the
-    highest last."""
+    """(8, 3) corners of a box from two (3,), the lowest first, the highest last."""
     return np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
 
 

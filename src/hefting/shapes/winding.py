@@ -117,8 +117,7 @@ def without_overlaps(solid: Solid) -> Solid:
 
 
 def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined into one
-    array."""
+    """first[0], first[0]+1, .. (length[0] of them), first[1], .. as one array."""
     before = np.concatenate(([0], np.cumsum(length)[:-1]))
     return np.arange(length.sum()) + np.repeat(first - before, length)
 

@@ -37,10 +37,10 @@ class Arm:
     def __post_init__(self):
         freeze(self, "start", "joint_speeds")
         if self.start.shape != (self.n,):
-            raise InputError(
-                f"{len(self.start)} joint positions to start from, but {self.n} joints",
-                self.robot.source,
+            what = (
+                f"{len(self.start)} joint positions to start from, but {self.n} joints"
             )
+            raise InputError(what, self.robot.source)
 
     @classmethod
     def from_dh(

@@ -87,8 +87,7 @@ class Faults:
     saturation: tuple[float, float] | None = None
     """largest measured force and torque per axis [N], [N m]"""
     on_sensor: bool = False
-    """whether the wrench is that exerted on the sensor, the opposite of the project's
-    sign"""
+    """whether the wrench is exerted on the sensor, opposite to the project's sign"""
     gyroscope_noise: float = 0.005
     """standard deviation per axis [rad/s]"""
     gyroscope_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -106,20 +105,15 @@ class Faults:
             numbers = np.asarray(value, dtype=float)
             default = np.asarray((0.0, 0.0) if field.default is None else field.default)
             if numbers.shape != default.shape or not np.isfinite(numbers).all():
-                raise InputError(
-                    f"{field.name} is {value}, not {max(default.size, 1)} finite number(s)",
-                    "Faults",
-                )
+                what = f"{field.name} is {value}, not {max(default.size, 1)} finite number(s)"
+                raise InputError(what, "Faults")
             signed = "bias" in field.name or field.name in ("drift", "wrench_delay")
             if not signed and (numbers < 0).any():
                 what = f"{field.name} is {value}, which is negative"
                 raise InputError(what, "Faults")
         if self.drift_kind not in ("linear", "exponential"):
-            raise InputError(
-                f"drift_kind is '{self.drift_kind}'",
-                "Faults",
-                "use linear or exponential",
-            )
+            what = f"drift_kind is '{self.drift_kind}'"
+            raise InputError(what, "Faults", "use linear or exponential")
         for name in ("noise_correlation", *SHARES):
             if not getattr(self, name) < 1.0:
                 kind = "share" if name in SHARES else "number"
@@ -152,10 +146,10 @@ class Rates:
             and abs(steps - round(steps)) < 1e-6 * steps
         ):
             fix = "compute the motion at a multiple of it"
-            raise InputError(
-                f"a {name} rate of {rate:g} Hz does not divide the motion's {own:g} Hz",
-                fix=fix,
+            what = (
+                f"a {name} rate of {rate:g} Hz does not divide the motion's {own:g} Hz"
             )
+            raise InputError(what, fix=fix)
         return round(steps)
 
 
@@ -221,10 +215,7 @@ LEVER = 0.10
 
 
 def record(
-    wielding: Wielding,
-    faults: Faults = Faults(),
-    rates: Rates = Rates(),
-    seed: int = 0,
+    wielding: Wielding, faults: Faults = Faults(), rates: Rates = Rates(), seed: int = 0
 ) -> Recording:
     """The log of a wielding, the same for the same `seed`.
 

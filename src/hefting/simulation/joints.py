@@ -74,10 +74,7 @@ def random_smooth(
 
 
 def wide_smooth(
-    duration: float = 30.0,
-    rate: float = 100.0,
-    seed: int = 0,
-    arm: Arm = UR5,
+    duration: float = 30.0, rate: float = 100.0, seed: int = 0, arm: Arm = UR5
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids, the last three of 15° to 30°
     each and the others of 5° to 12°, starting from rest within a second: for joint
@@ -100,8 +97,7 @@ def _random_sums(
     angular_speed: float,
     speed_limit: float | None,
 ) -> JointMotion:
-    """Sums of three random sinusoids per joint, with amplitudes between the two `sizes`
-    [°]."""
+    """Three random sinusoids per joint, with amplitudes between the two `sizes` [°]."""
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
     amplitude = np.radians(rng.uniform(*sizes, shape))
@@ -187,8 +183,7 @@ def _sampled(duration: float, rate: float) -> Array:
 
 
 def _from_rest(time: Array) -> tuple[Array, Array, Array]:
-    """A clock that starts smoothly within a second: reading, rate and the rate's
-    derivative (K,)."""
+    """A clock that starts within a second: reading, rate and its derivative (K,)."""
     u = np.clip(time, 0.0, 1.0)
     reading = u**4 * (2.5 - 3.0 * u + u * u) + (time - u)
     return reading, u**3 * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * (u * (1.0 - u)) ** 2
@@ -218,11 +213,8 @@ def _at_speed(
     """Sums of sinusoids (k, n) about the start, with the clock scaled to the wanted mean
     angular speed, or to the speed limit."""
     if not (amplitude * frequency).any():
-        raise InputError(
-            "no joint of the arm can turn",
-            arm.robot.source,
-            "start it away from its joints' limits",
-        )
+        fix = "start it away from its joints' limits"
+        raise InputError("no joint of the arm can turn", arm.robot.source, fix)
 
     def joints(scale: float) -> JointMotion:
         reading, rate, change = (scale * c[:, None, None] for c in clock)

@@ -85,10 +85,8 @@ def modular(name: str) -> Assembly:
     """
     if name.lower() not in MODULAR:
         fix = f"choose one of {', '.join(MODULAR)}"
-        raise InputError(
-            f"'{name}' is no configuration of the modular object{nearest(name, MODULAR)}",
-            fix=fix,
-        )
+        what = f"'{name}' is no configuration of the modular object{nearest(name, MODULAR)}"
+        raise InputError(what, fix=fix)
     filling = MODULAR[name.lower()]
     middle = 0.5 * THICKNESS
     turned = np.diag((-1.0, -1.0, 1.0))
@@ -159,8 +157,7 @@ def _bars() -> tuple[Part, ...]:
 
 
 def _grids(count: int) -> Iterator[tuple[Array, Array]]:
-    """Centres (count, 3) and cell sides (3,) [m] of the grids with `count` centres in the
-    H."""
+    """Centres (count, 3) and sides (3,) [m] of grids with `count` centres in the H."""
     corners = [
         (
             np.array(bar.center) - np.divide(bar.size, 2),

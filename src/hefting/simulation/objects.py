@@ -28,8 +28,7 @@ STEEL, ASH_WOOD = 7850.0, 680.0
 """Densities [kg/m³]."""
 
 SECTIONS = 96
-"""Number of sides of the prism for a cylinder in a mesh, whose volume is 0.07 % too
-small."""
+"""Number of sides of the prism for a cylinder in a mesh, 0.07 % too small."""
 
 
 @immutable
@@ -44,8 +43,7 @@ class Part:
     center: tuple[float, float, float]
     """[m]; for a half cylinder, of its flat side"""
     axes: Array = field(default_factory=lambda: np.eye(3))
-    """(3, 3) part axes to assembly axes; cylinders are along z, half cylinders at
-    positive y"""
+    """(3, 3) part axes to assembly axes; cylinders along z, half ones at positive y"""
 
     def __post_init__(self):
         freeze(self, "axes")
@@ -120,11 +118,9 @@ class Assembly:
         solids = [part.mesh(sections) for part in shown if part.density > 0.0]
         holes = [part.mesh(sections) for part in shown if part.density < 0.0]
         surface = trimesh.boolean.union(solids, engine="manifold")
-        return (
-            trimesh.boolean.difference([surface, *holes], engine="manifold")
-            if holes
-            else surface
-        )
+        if holes:
+            return trimesh.boolean.difference([surface, *holes], engine="manifold")
+        return surface
 
 
 HAMMER_POSE = frozen(

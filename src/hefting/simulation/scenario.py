@@ -23,17 +23,14 @@ from hefting.simulation.objects import HAMMER_POSE, HeldObject, hammer
 from hefting.simulation.wield import Wielding, mujoco_version, wield_in_mujoco
 
 ARMS = {"ur5": UR5, "xarm7": XARM7}
-"""Arms by name."""
 
 MOTIONS = ("sinusoids", "random", "stop-and-go")
 
 JOINER_HAMMER = "joiners-hammer"
 OBJECTS = (*MODULAR, JOINER_HAMMER)
-"""Objects by name: the modular object's eight configurations, and a hammer of wood and
-steel."""
+"""Objects by name: eight of the modular object, and a hammer of wood and steel."""
 
 MOST_SAMPLES = 5_000_000
-"""Most samples of a simulated motion."""
 
 
 @immutable
@@ -45,8 +42,7 @@ class Simulated:
     recording: Recording
     """the log with faults"""
     facts: dict[str, Any]
-    """the truth, ready for JSON, with the keys of
-    `hefting.identification.truth.load_truth`"""
+    """the truth for JSON, with keys of `hefting.identification.truth.load_truth`"""
     warnings: tuple[str, ...]
     """limits that the motion exceeds"""
 
@@ -170,10 +166,8 @@ def named_object(
     lower = name.lower()
     if lower in OBJECTS:
         if densities or unit is not None:
-            raise InputError(
-                f"what '{name}' is made of is known",
-                fix="give density and unit for meshes only",
-            )
+            fix = "give density and unit for meshes only"
+            raise InputError(f"what '{name}' is made of is known", fix=fix)
         if lower == JOINER_HAMMER:
             return HeldObject.of(hammer(), HAMMER_POSE if pose is None else pose)
         held = held_modular(lower)
@@ -202,10 +196,8 @@ def _common_rate(rates: Rates) -> float:
     wanted = []
     for name, rate in asdict(rates).items():
         if rate is None or not (np.isfinite(rate) and rate >= 0.0):
-            raise InputError(
-                f"the {name} rate is {rate} Hz",
-                fix="give a number that is not negative, 0 for none",
-            )
+            what = f"the {name} rate is {rate} Hz"
+            raise InputError(what, fix="give a number that is not negative, 0 for none")
         if rate > 0.0:
             wanted.append(Fraction(rate).limit_denominator(1000))
     if not wanted or min(wanted) <= 0:

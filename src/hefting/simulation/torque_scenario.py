@@ -62,8 +62,7 @@ class TorqueFaults:
 
 @immutable
 class TorqueRobot:
-    """One specimen of a robot: its true links, frictions and offsets follow from
-    `seed`."""
+    """One specimen of a robot: true links, frictions and offsets follow from `seed`."""
 
     massive: MassiveArm
     faults: TorqueFaults = TorqueFaults()

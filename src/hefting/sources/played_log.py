@@ -50,11 +50,9 @@ class PlayedLog(NamedSource):
         speed = self._request.speed
         if speed == 1:
             return ""
-        return (
-            f" at {speed:g} times its speed"
-            if np.isfinite(speed)
-            else " without pauses"
-        )
+        if np.isfinite(speed):
+            return f" at {speed:g} times its speed"
+        return " without pauses"
 
     def read(self, timeout: float) -> list[Samples]:
         """See `hefting.online.samples.Source`."""

@@ -27,8 +27,7 @@ from hefting.logs.ros.writing import (
 from hefting.online.samples import Samples
 
 BLOCK = 0.1
-"""[s] Span of samples at which they are written; an incomplete file lacks about as
-much."""
+"""[s] Span of samples at which they are written; an incomplete file lacks as much."""
 
 FAR_BACK = 1.0
 """[s] Step back of a stamp that means that the clock was set back. A new file is begun
@@ -110,8 +109,7 @@ class Recorder:
         return max(spans, default=0.0) >= BLOCK
 
     def _write(self, ended: bool = False) -> None:
-        """Write the waiting samples, but no halves of poses unless the file is
-        `ended`."""
+        """Write the waiting samples, but no halves of poses unless it is `ended`."""
         waiting, self._waiting = self._waiting, {}
         halves, self._halves = self._halves, {}
         for name, half in halves.items():

@@ -57,8 +57,7 @@ class RosDecoder:
         self._given = -np.inf
 
     def wants(self, topic: Topic) -> bool:
-        """Whether messages of a topic are wanted; `InputError` where they are and cannot
-        be decoded."""
+        """Whether a topic is wanted; `InputError` if so and it cannot be decoded."""
         if not Collector(self.name, self._named).wants(topic):
             return False
         self._check_schema(topic)
@@ -163,8 +162,7 @@ class RosDecoder:
     def _gather(
         self, messages: Sequence[RosMessage], counted: Counter[str]
     ) -> list[Gathered]:
-        """Finite values of the messages, by topic; skipped ones are added to
-        `counted`."""
+        """Finite values of messages, by topic; skipped ones are added to `counted`."""
         collector = Collector(self.name, self._named)
         for topic, logged, data in messages:
             if len(data) > MAX_MESSAGE:
@@ -291,8 +289,7 @@ class Transforms:
 
 
 def _following(kept: Series | None, series: Series) -> Series:
-    """Both series joined; only the newer one where the clock was set back between
-    them."""
+    """Both series joined; only the newer one if the clock was set back between."""
     if kept is None or series.time.min() < kept.time.max() - FAR_BACK:
         return series
     return Series.joined([kept, series])

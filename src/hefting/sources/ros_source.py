@@ -1,5 +1,4 @@
-"""A source of ROS messages over any transport: topics are chosen from the first
-messages."""
+"""ROS messages over any transport: topics are chosen from the first messages."""
 
 import time
 from abc import ABC, abstractmethod

@@ -19,13 +19,7 @@ from typing import Any
 from hefting.core.errors import InputError, needing
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources import (
-    MAX_MESSAGE,
-    MAX_QUEUED,
-    QUEUE_FULL,
-    TOO_LARGE,
-    address_of,
-)
+from hefting.sources import MAX_MESSAGE, MAX_QUEUED, QUEUE_FULL, TOO_LARGE, address_of
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 
@@ -33,8 +27,7 @@ MOST = 1000
 
 
 class Inbox:
-    """Bounded queue of another thread's messages; `skipped` counts those that do not
-    fit."""
+    """Bounded queue of another thread's messages; `skipped` counts the others."""
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()
@@ -60,7 +53,6 @@ class Inbox:
 
 
 PORT = 7447
-"""Default port of a Zenoh router."""
 
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
 

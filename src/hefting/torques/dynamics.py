@@ -69,18 +69,13 @@ class JointDynamics:
         robot = Robot.from_tree(tree, sensor_frame)
         chain = [j for j in tree.chain(sensor_frame) if j.kind != "fixed"]
         if not chain:
-            raise InputError(
-                f"no joint moves the frame '{sensor_frame}'",
-                path,
-                "choose the link that holds the payload",
-            )
+            what = f"no joint moves the frame '{sensor_frame}'"
+            raise InputError(what, path, "choose the link that holds the payload")
         for joint in chain:
             if joint.mimic is not None or joint.kind not in SCALAR:
-                raise InputError(
-                    "it has no torque of its own",
-                    f"{path}, joint '{joint.name}'",
-                    "choose a frame that revolute or prismatic joints alone move",
-                )
+                what = "it has no torque of its own"
+                fix = "choose a frame that revolute or prismatic joints alone move"
+                raise InputError(what, f"{path}, joint '{joint.name}'", fix)
         return cls(robot, _reduced(Path(path), robot.joints)).under(
             check_gravity(gravity)
         )
@@ -168,8 +163,7 @@ class JointDynamics:
         return transfer(place, R.T @ rotation_matrices(orientation[0]))
 
     def _configurations(self, q: Array) -> Array:
-        """(K, nq) joint positions for Pinocchio: those of continuous joints as cosine
-        and sine."""
+        """(K, nq) joint positions for Pinocchio: continuous ones as cosine and sine."""
         columns: list[Array] = []
         for j, joint in enumerate(list(self.model.joints)[1:]):
             own = q[:, j]

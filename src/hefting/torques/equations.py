@@ -55,8 +55,7 @@ ROWS_TOGETHER = 4096
 
 @immutable
 class Load:
-    """Approximate parameters of arm and payload, for the rigid-body torques in the
-    friction by load."""
+    """Approximate parameters of arm and payload, for the friction by load."""
 
     arm: Array
     """(10 n,) parameters of the links, as `JointDynamics.arm`"""

@@ -50,8 +50,7 @@ with white noise of the same standard deviation."""
 
 @immutable
 class TorqueFit:
-    """Least squares of all unknowns, with one standard deviation of the noise per
-    joint."""
+    """Least squares of all unknowns, with one deviation of the noise per joint."""
 
     scales: TorqueScales
     std: Array
@@ -100,8 +99,7 @@ class TorqueFit:
 
     @cached_property
     def nuisances_half(self) -> Array:
-        """(n, own, k) X with X X' the inverse of the normal matrix of each joint's
-        nuisances."""
+        """(n, own, k) X, X X' the inverse normal matrix of each joint's nuisances."""
         own = self.moments.own
         return pseudo_inverse_half(self.moments.factors[:, :own, :own])
 
@@ -139,8 +137,7 @@ class TorqueFit:
 
     @cached_property
     def freedoms(self) -> Array:
-        """(levels, n) degrees of freedom of the residuals: rows less the unknowns'
-        share."""
+        """(levels, n) residuals' degrees of freedom: rows less the unknowns' share."""
         own = self.scales.factors[..., : self.moments.own] @ self.nuisances_half
         common = self.regressors @ self.half
         leverage = (common * common).sum(axis=(2, 3)) + (own * own).sum(axis=(2, 3))

@@ -57,8 +57,7 @@ class Rival:
     def of(
         cls, words: str, dynamics: JointDynamics, runs: Sequence[TorqueSamples]
     ) -> Self:
-        """Rival with the equations of corrected runs; a payload is part of the last
-        link."""
+        """Rival with equations of corrected runs; the payload is in the last link."""
         load = Load.published(dynamics)
         rows = [Rows.of(dynamics, run, False).under(dynamics, load) for run in runs]
         used = np.concatenate([each.used for each in rows])

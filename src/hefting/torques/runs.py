@@ -257,11 +257,8 @@ def load_arm(path: str | Path, dynamics: JointDynamics) -> EmptyRuns:
     """
     data = read_json(path)
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise InputError(
-            "is no calibration of an arm",
-            path,
-            "make one: hefting calibrate EMPTY --torques --output arm.json",
-        )
+        fix = "make one: hefting calibrate EMPTY --torques --output arm.json"
+        raise InputError("is no calibration of an arm", path, fix)
     _require_same(data, dynamics, path)
     try:
         return _runs(data, dynamics)
@@ -278,11 +275,8 @@ def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> N
     names = data.get("joints")
     if names != list(dynamics.names):
         listed = ", ".join(map(str, names)) if isinstance(names, list) else "none"
-        raise InputError(
-            f"is of the joints {listed[:200]}, not {', '.join(dynamics.names)}",
-            path,
-            "calibrate this robot",
-        )
+        what = f"is of the joints {listed[:200]}, not {', '.join(dynamics.names)}"
+        raise InputError(what, path, "calibrate this robot")
     frame, own = data.get("sensor_frame"), dynamics.robot.sensor_frame
     if frame != own:
         raise InputError(f"is for the frame '{str(frame)[:80]}', not '{own}'", path)
@@ -313,8 +307,7 @@ def _mechanics(dynamics: JointDynamics) -> Array:
 
 
 def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
-    """The calibration by a file's entries; `ValueError`, or another error of what is
-    damaged."""
+    """The calibration by a file's entries; `ValueError`, or another for damage."""
     n, arm = dynamics.joints, len(dynamics.base)
     size = len(OWN) + arm + PAYLOAD + 1
     if len(data["levels"]) != LEVELS + 1:

@@ -195,16 +195,12 @@ def still_joints(
     names = [n for n, by in zip(dynamics.names, ranges, strict=True) if by < LEAST_TURN]
     if not names:
         return ()
-    what = (
-        f"{source}: {', '.join(names)} never moves: its torque is not used, as its "
-        "friction is not known"
-    )
+    what = f"{source}: {', '.join(names)} never moves: its torque is not used, as its friction is not known"
     return (warning("joint-still", what),)
 
 
 def _torques(recording: Recording, gains: Array | None) -> str:
-    """Name of the stream of torques, or of currents that have gains; `InputError`
-    without."""
+    """Name of the stream of torques or of currents with gains; `InputError` without."""
     source = recording.source
     if recording.has("joint_torques"):
         if UR_JOINT in recording.joint_names and gains is None:
@@ -218,11 +214,8 @@ def _torques(recording: Recording, gains: Array | None) -> str:
         return "joint_torques"
     if recording.has("joint_currents"):
         if gains is None:
-            raise InputError(
-                "the motors' currents are in amperes",
-                source,
-                "give `torque_gains`, one for each joint [N m/A]",
-            )
+            fix = "give `torque_gains`, one for each joint [N m/A]"
+            raise InputError("the motors' currents are in amperes", source, fix)
         return "joint_currents"
     raise InputError(
         "there are no joint torques",
@@ -233,8 +226,7 @@ def _torques(recording: Recording, gains: Array | None) -> str:
 
 
 def _checked(gains: Array, joints: int, source: str) -> Array:
-    """Gains (n,) or (1,); `InputError` for another number, or if one is zero or not
-    finite."""
+    """Gains (n,) or (1,); `InputError` for another number, a zero or no finite one."""
     values = np.atleast_1d(np.asarray(gains, dtype=float))
     if values.shape not in ((1,), (joints,)) or not np.isfinite(values).all():
         what = f"{len(values)} gains for {joints} joints"

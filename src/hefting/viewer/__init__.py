@@ -110,8 +110,7 @@ class Playback:
         return position, orientation  # type: ignore[return-value]
 
     def at(self, name: str) -> Array | None:
-        """Values (N, d) of a stream as logged nearest to each frame; None without such a
-        stream."""
+        """Values (N, d) of a stream nearest to each frame; None without the stream."""
         if not self.recording.has(name):
             return None
         stream = self.recording[name]
@@ -214,14 +213,12 @@ class Session:
 
     @cached_property
     def methods(self) -> tuple[str, ...]:
-        """Names of the given estimates, then of the methods whose needs the shape
-        meets."""
+        """Names of given estimates, then of methods whose needs the shape meets."""
         return (*self.given, *(name for name in METHODS if self._needs_are_met(name)))
 
     @property
     def default(self) -> Settings:
-        """The first given estimate; without one the default method of
-        `hefting.identify`."""
+        """The first given estimate; else the default of `hefting.identify`."""
         name = next(iter(self.given), default_method(self.shape is not None))
         return Settings(name)
 

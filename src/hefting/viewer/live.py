@@ -127,8 +127,7 @@ class LiveView:
 
 
 class Intervals:
-    """Plots of the mass with its interval, and of the COM's half-widths, over the time of
-    the stream."""
+    """Plots over time of the mass with interval, and of the COM's half-widths."""
 
     def __init__(self, gui: "GuiApi"):
         self._rows: list[tuple[float, ...]] = []
@@ -175,8 +174,7 @@ class Intervals:
 
 
 class RecentWrench:
-    """Plots of force and torque over the latest seconds, measured and predicted by the
-    estimate."""
+    """Plots of force and torque over the latest seconds, measured and predicted."""
 
     def __init__(self, gui: "GuiApi"):
         self._kept = np.empty((0, 13))

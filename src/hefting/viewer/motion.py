@@ -1,5 +1,4 @@
-"""Motion along a recording: the arm, and arrows and curves of the wrench. Needs
-viser."""
+"""Motion along a recording: the arm, arrows and curves of the wrench. Needs viser."""
 
 import re
 from typing import TYPE_CHECKING, Any
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from viser import GuiApi, SceneApi
 
 MOST_TRIANGLES = 4_000
-"""Most triangles of one drawn mesh."""
 THICKNESS = 0.012
 """[m] Thickness of the lines from joint to joint."""
 LONGEST = {"force": 1.0, "torque": 0.6}
@@ -139,8 +137,7 @@ class WrenchArrows:
         self.hidden = False
 
     def show(self, frame: Frame, estimate: Estimate | None) -> None:
-        """Draw the wrench at a frame without the estimate's bias, and the predicted
-        one."""
+        """Draw the wrench at a frame without the estimate's bias, and the predicted."""
         wrenches = {"measured": frame.measured - self.playback.bias(estimate)}
         if estimate is not None:
             wrenches["predicted"] = self.playback.predicted(estimate, frame.sample)

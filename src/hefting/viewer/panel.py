@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 MOST_REASONS = 3
-"""Most reasons for doubt that are shown."""
 GOOD, CARE, BAD = "#16916B", "#C07500", "#D64937"
 """Colours of the verdict, readable on white and on black."""
 LEVELS = {"good": GOOD, "usable with care": CARE, "do not use": BAD}
@@ -116,10 +115,7 @@ def small(text: str) -> str:
 
 
 def _mark(colour: str, text: str) -> str:
-    square = (
-        "display:inline-block;width:0.8em;height:0.8em;margin-right:0.5em;"
-        f"border-radius:2px;background:{colour}"
-    )
+    square = f"display:inline-block;width:0.8em;height:0.8em;margin-right:0.5em;border-radius:2px;background:{colour}"
     return (
         f'<div style="font-size:85%"><span style="{square}"></span>{escape(text)}</div>'
     )

@@ -35,10 +35,7 @@ background:rgba(255,255,255,0.88);color:#222;box-shadow:0 1px 4px rgba(0,0,0,0.2
 </style>"""
 FOLDED = "<script>if(innerWidth<=600)hefting.open=false</script>"
 """Closes the box on a phone, where it would hide the object."""
-SCHEME = (
-    "window.__VISER_EMBED_CONFIG__="
-    "{darkMode:matchMedia('(prefers-color-scheme: dark)').matches};"
-)
+SCHEME = "window.__VISER_EMBED_CONFIG__={darkMode:matchMedia('(prefers-color-scheme: dark)').matches};"
 """Makes the page follow the reader's colour scheme."""
 RATE = 20.0
 """[Hz] Rate of the frames."""

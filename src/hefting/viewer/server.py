@@ -81,11 +81,8 @@ def _check_free(host: str, port: int) -> None:
 
 
 def _in_use(host: str, port: int, why: str = "") -> InputError:
-    return InputError(
-        f"cannot listen at {host[:80]}, port {port}{why}",
-        "--host, --port",
-        "give others, or leave them out",
-    )
+    what = f"cannot listen at {host[:80]}, port {port}{why}"
+    return InputError(what, "--host, --port", "give others, or leave them out")
 
 
 @contextmanager

@@ -28,7 +28,6 @@ part holds the panel, over the camera's distance."""
 TICK = 0.05
 """[s] Interval of frames while playing."""
 SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
-"""Parts that can be hidden."""
 
 
 class Viewer:
@@ -100,8 +99,7 @@ class Viewer:
         self._follower.want((self.controls.chosen_time, self.controls.settings))
 
     def settle(self) -> bool:
-        """Wait until the instant and settings of the controls are shown; whether they
-        are."""
+        """Wait until the instant and settings of the controls are shown; whether so."""
         return self._follower.settle()
 
     def show(self, time: float, settings: Settings) -> None:

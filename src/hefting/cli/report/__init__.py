@@ -3,7 +3,7 @@ share: the verdict as the first lines of a report, and numbers with as many digi
 their interval justifies, aligned at the point; ``open`` where neither the recording nor a
 shape determines them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
@@ -21,15 +21,7 @@ STATUS_DO_NOT_USE = 3
 
 def verdict_lines(verdict: Verdict) -> list[str]:
     """Lines with the verdict, and each of its reasons."""
-    return [
-        f"verdict: {verdict}",
-        *(f"- {reason}" for reason in verdict.reasons),
-    ]
-
-
-def other_warnings(warnings: Iterable[str], verdict: Verdict) -> list[str]:
-    """Warnings that are no reason of the verdict."""
-    return [line for line in warnings if line not in verdict.reasons]
+    return [f"verdict: {verdict}", *(f"- {reason}" for reason in verdict.reasons)]
 
 
 def exit_status(verdict: Verdict) -> int:
@@ -64,8 +56,7 @@ def decimals_of(value: float, reach: float | None) -> int:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """A number with a number of decimals, zero without a minus; ``open`` where it is not
-    finite."""
+    """A number with so many decimals, zero without a minus; ``open`` if not finite."""
     if not np.isfinite(value):
         return "open"
     return f"{round(float(value), decimals) + 0.0:.{decimals}f}"

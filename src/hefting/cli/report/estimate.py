@@ -10,12 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hefting.cli.parser import output_width, wrapped
-from hefting.cli.report import (
-    Worth,
-    aligned,
-    other_warnings,
-    verdict_lines,
-)
+from hefting.cli.report import Worth, aligned, verdict_lines
 from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
@@ -71,8 +66,9 @@ def estimate_report(
         Line(text, "bold" if verdict.level == "good" else "yellow")
         for text in verdict_lines(verdict)
     ]
-    warnings = other_warnings(estimate.warnings, verdict)
-    lines += [Line(f"warning: {line}", "yellow") for line in warnings]
+    lines += [
+        Line(f"warning: {line}", "yellow") for line in verdict.others(estimate.warnings)
+    ]
     holder, axes = "the sensor", "sensor axes"
     if "torque_gain_std" in estimate.provenance:
         holder, axes = (
@@ -95,8 +91,7 @@ def estimate_report(
 def plain_errors(
     found: InertialParameters, truth: InertialParameters
 ) -> tuple[float, float]:
-    """Error of the mass [%] and distance of the COM [m], which do not need the object's
-    size."""
+    """Error of the mass [%] and distance of the COM [m], without the object's size."""
     apart = np.linalg.norm(found.center_of_mass - truth.center_of_mass)
     return 100.0 * abs(found.mass / truth.mass - 1.0), float(apart)
 
@@ -307,7 +302,6 @@ def summary(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
-    """The effect of a scale's reading, if any."""
     if "sensor_gain" not in made:
         return
     gain = round(100.0 * made["sensor_gain"], 2)
@@ -326,8 +320,7 @@ def _describe_until(estimate: Estimate) -> str:
 
 
 def facts(estimate: Estimate) -> Iterable[str]:
-    """`assumptions`, then accuracy of the shape, settings, residual, consistency and
-    certificate."""
+    """`assumptions`, then the shape's accuracy, settings, residual and certificate."""
     yield from assumptions(estimate)
     made = estimate.provenance
     if "until" in made:

@@ -128,8 +128,7 @@ def display_of(json: bool, render: Render) -> Display:
 
 
 def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
-    """An estimate in a line: time, state and verdict, mass, COM, number of samples, last
-    message."""
+    """An estimate in a line: time, verdict, mass, COM, samples, last message."""
     parts, message = parts_of(found, pump, render)
     return BAR.join([*parts, message] if message else parts)
 

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.parser import output_width, wrapped
-from hefting.cli.report import other_warnings, verdict_lines
+from hefting.cli.report import verdict_lines
 from hefting.core.errors import printable
 from hefting.core.messages import Verdict
 
@@ -44,8 +44,7 @@ def bare_table() -> Table:
 
 
 def plain_table(first: str, *others: str) -> Table:
-    """A table with these columns and no rows; columns with a name, except the first, are
-    right-aligned."""
+    """A table without rows; named columns, except the first, are right-aligned."""
     table = bare_table()
     table.add_column(first, no_wrap=True)
     for name in others:
@@ -63,7 +62,7 @@ def doubt_lines(verdict: Verdict, warnings: Iterable[str]) -> list[Text]:
     """The verdict and its reasons, then the warnings that are none of them."""
     style = "bold" if verdict.level == "good" else "yellow"
     lines = [Text(line, style=style) for line in verdict_lines(verdict)]
-    return lines + warning_lines(other_warnings(warnings, verdict))
+    return lines + warning_lines(verdict.others(warnings))
 
 
 def warning_lines(warnings: Iterable[str]) -> list[Text]:

@@ -26,11 +26,7 @@ from hefting.estimators.base import (
     take_errors,
 )
 from hefting.estimators.bayes.likelihood import scale_doubts
-from hefting.estimators.bayes.mixture import (
-    INTERVAL_LEVEL,
-    holding,
-    prior_mixture,
-)
+from hefting.estimators.bayes.mixture import INTERVAL_LEVEL, holding, prior_mixture
 from hefting.estimators.bayes.nearest import Duals, duals_of, nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes
@@ -49,16 +45,13 @@ from hefting.estimators.sample_state import require_weight
 from hefting.shapes import Shape
 
 MOST_PASSES = 6
-"""Largest number of passes in which noise and parameters are found in turn, for a shape
-that is certain."""
+"""Largest number of passes for noise and parameters, for a certain shape."""
 MOST_PASSES_UNCERTAIN_SHAPE = 12
 """The same for an uncertain shape, whose distortion is found as well."""
 LARGEST_POSE_STD = (10.0, 1.6)
-"""[m, rad] Largest accepted standard deviations of a pose: beyond, it is
-undetermined."""
+"""[m, rad] Largest accepted standard deviations of a pose: beyond it is open."""
 NEGLIGIBLE_DISTORTION_CHANGE = 0.1
-"""Change of the shape's distortion, in prior standard deviations, at which the passes
-end."""
+"""Change of the shape's distortion, in prior deviations, at which the passes end."""
 NEGLIGIBLE_COM_CHANGE = 0.03
 """Change of the COM about which the prior is linear, over half the shape's diagonal, at
 which the passes end. The error of the linearisation is of second order."""
@@ -149,10 +142,8 @@ class Bayes(Estimator):
         if isinstance(self.until, str):
             object.__setattr__(self, "until", Accuracy.parse(self.until))
         elif not isinstance(self.until, Accuracy | None):
-            raise InputError(
-                f"until is an accuracy, not {self.until}",
-                fix="as in mass=1%,com=2mm,inertia=20%",
-            )
+            what = f"until is an accuracy, not {self.until}"
+            raise InputError(what, fix="as in mass=1%,com=2mm,inertia=20%")
         try:
             pose_std = np.zeros(2) if self.pose_std is None else self.pose_std
             pose_std = np.array(pose_std, dtype=float)
@@ -176,8 +167,7 @@ class Bayes(Estimator):
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """As `Estimator.settings`, with the shape's own deviation and without the
-        noise."""
+        """As `Estimator.settings`, with the shape's deviation, without the noise."""
         shape = Shape.unknown() if known.shape is None else known.shape
         shape_std: float | None = shape.shape_std
         if shape.known != "object":

@@ -103,8 +103,7 @@ OFF_CENTRE_GROWTH = 1.0
 """As `densities.OFF_CENTRE_GROWTH`, about the middle of the box. By the parallel axis
 theorem it is 1, as the second moment about the COM is the same anywhere in the box."""
 WIDER_COM, WIDER_MOMENTS = 1.3, 2.0
-"""Factors of gamma, and of a and b, for objects unlike those to which the members were
-fitted."""
+"""Factors of gamma, and of a and b, for objects unlike those fitted."""
 EVEN_COM = 12.0**-0.5
 """Least gamma for a box: that of a centre of mass uniformly distributed in it. A
 smaller one would bias the mass where forces are doubtful and the first moment is not.
@@ -137,8 +136,7 @@ def bounded_members(
 
 
 def _onto_parameters(sides: Array) -> Array:
-    """(9, 9) map of c and S in the unit cube to the first moment and inertia of 1 kg in
-    the box."""
+    """(9, 9) map of c and S in the unit cube to the moments of 1 kg in the box."""
     onto = np.zeros((9, 9))
     onto[:3, :3] = np.diag(sides)
     rows, columns = np.triu_indices(3)

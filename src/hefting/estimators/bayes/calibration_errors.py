@@ -60,8 +60,7 @@ class CalibrationErrors:
         accuracy: SensorAccuracy,
         free_bias: bool,
     ) -> Self:
-        """Errors of a sensor of some `accuracy`, which holds a body of the parameters
-        `whole` (10,)."""
+        """Errors of a sensor of some `accuracy` that holds a body `whole` (10,)."""
         W = equations.whitening
         precision = W.T @ W
         w = (samples.by_channel.reshape(-1, 10) @ whole).reshape(6, -1)
@@ -114,8 +113,7 @@ class CalibrationErrors:
         return variances
 
     def of_stretches(self, time: TimeSamples) -> Array:
-        """(g, 10, 10) covariance of the scores of stretches at the parameters of least
-        squares."""
+        """(g, 10, 10) covariance of the stretches' scores at least squares."""
         off = self.entries[:, :, None] * self._left(time.stretches)[0]
         rows = off.reshape(len(off), 36, 10)
         found = rows.transpose(0, 2, 1) @ rows

@@ -34,11 +34,9 @@ PROBABILITY_WHITE = 0.85
 """Prior probability of white noise. Most sensors are specified as white, and a white
 record should not have much wider intervals for noise that it rules out."""
 PROBABILITY_ONE_PROCESS = 0.1
-"""Prior probability of one first-order process beside white noise; the remaining 0.05
-is for two."""
+"""Prior probability of one first-order process beside white noise; 0.05 is for two."""
 PROCESS_VARIANCES = 4.0 ** np.arange(-4, 7)
-"""(11,) variances of a process relative to that of the white noise, all equally
-probable."""
+"""(11,) variances of a process over that of the white noise, equally probable."""
 LONGEST_CORRELATION = 4.0
 """Longest correlation time of a process, in lengths of the record. A slower process is
 a bias or a drift."""
@@ -46,8 +44,7 @@ MOST_LIKELIHOOD_DEGREES = 200.0
 """Largest number of degrees of freedom of an energy in the likelihood of a spectrum: no
 true spectrum is closer than a tenth to one of the family."""
 PRIOR_DEGREES = 10.0
-"""Degrees of freedom of the family's mean at a level, beside those of the observed
-energy."""
+"""Degrees of freedom of the family's mean at a level, beside the observed energy's."""
 SCALE_DEGREES = 4.0
 """Degrees of freedom of the prior that the level is 1, that of whitened residuals; it
 matters in short records."""

@@ -98,8 +98,7 @@ class Distortions:
         return Move(A, self.center + scores @ self.shifts - A @ self.center)
 
     def effects(self, body: Array, scores: Array) -> Array:
-        """(10, d) derivative of parameters `body` (10,) by the scores (d,), at these
-        scores."""
+        """(10, d) derivative of parameters `body` (10,) by scores (d,), at these."""
         X, P = self.by(scores).transform, InertialParameters(body).pseudo_inertia
         half = self._changes @ P @ X.T
         return _parameters(half + half.transpose(0, 2, 1)).T

@@ -91,8 +91,7 @@ class Scores:
     """(g, 6 * 22, 10) whitened regressors, by channel"""
 
     def gain(self) -> float:
-        """Decrease of the energies of all groups together if each had parameters of its
-        own."""
+        """Decrease of all groups' energies together if each had its own parameters."""
         size = np.sqrt(np.maximum(np.einsum("gii->gi", self.information), 0.0))
         scale = np.where(size > 0.0, size, 1.0)
         G = self.information / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(

@@ -32,8 +32,7 @@ from hefting.core.spatial import Array
 from hefting.estimators.bayes.samples import Samples
 
 REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
-"""(6, 6, 10) derivative of the regressor by linear and angular acceleration: D
-above."""
+"""(6, 6, 10) derivative of the regressor by the accelerations: D above."""
 
 NO_ERROR, ERROR = 0.5, 0.75
 """Shares of the information that lasting errors make by themselves, up to which all of it
@@ -168,8 +167,7 @@ class Equations:
 
 
 def _hiding(G: Array, errors: Array) -> Array:
-    """(10, 10) covariance of the score that hides what `errors` make of the information
-    G."""
+    """(10, 10) covariance of the score hiding what `errors` make of information G."""
     root = root_of_inverse(G)
     share, directions = np.linalg.eigh(root @ errors @ root.T)
     seen = np.clip((ERROR - share) / (ERROR - NO_ERROR), LEAST_INFORMATION, 1.0)
@@ -229,8 +227,7 @@ def scale_doubts(
 
 
 def gain_by_scale(equations: Equations, body: Array, limit: float) -> float:
-    """Relative error of the sensor's gain, at most `limit`, if the object is `body`
-    (10,)."""
+    """Relative error of the gain, at most `limit`, if the object is `body` (10,)."""
     square = float(body @ equations.H @ body)
     ratio = float(body @ equations.h) / square - 1.0 if square > 0.0 else 0.0
     return min(max(ratio, -limit), limit)

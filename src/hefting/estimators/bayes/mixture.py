@@ -1,5 +1,4 @@
-"""Mixture: the posterior of the ten parameters as a weighted sum of Gaussians, and its
-intervals."""
+"""Mixture: the posterior of the ten parameters as a sum of Gaussians, and intervals."""
 
 from functools import cached_property, lru_cache
 from math import erfc, exp, pi
@@ -17,8 +16,7 @@ from hefting.estimators.bayes.prior import Prior
 INTERVAL_LEVEL = 0.95
 """Probability of the intervals of an estimate."""
 NON_NEGATIVE_NUMBERS = (0, 4, 7, 9, 10, 13, 15)
-"""Indices of mass and moments of inertia among the sixteen numbers of
-`INTERVAL_QUANTITIES`."""
+"""Indices of mass and moments of inertia in the numbers of `INTERVAL_QUANTITIES`."""
 _NON_NEGATIVE = np.array([i in NON_NEGATIVE_NUMBERS for i in range(16)])
 LEAST_ABOVE_ZERO = 0.25
 """Least share of an interval's width, four standard deviations, that lies above zero
@@ -190,8 +188,7 @@ def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
 
 
 def _above_zero(ends: Array) -> tuple[Array, Array]:
-    """Lower and upper ends (16,), those of mass and moments not negative; see
-    `shaped`."""
+    """Lower and upper ends (16,), of mass and moments not negative; see `shaped`."""
     low, high = ends
     above = np.maximum(high, LEAST_ABOVE_ZERO * (high - low))
     low, high = np.where(_NON_NEGATIVE, (np.maximum(low, 0.0), above), ends)
@@ -234,8 +231,7 @@ def _factored(F: Array, precision: Array, left: Array) -> tuple[Array, Array, Ar
 
 
 def _cholesky(M: Array) -> Array:
-    """Cholesky factors (j, 10, 10) of matrices whose eigenvalues are 1 or more, up to
-    rounding."""
+    """Cholesky factors (j, 10, 10) of matrices with eigenvalues of 1 or more."""
     try:
         return np.asarray(np.linalg.cholesky(M), dtype=float)
     except np.linalg.LinAlgError:
@@ -255,7 +251,6 @@ def _standard_normal_draws(number: int) -> Array:
 
 
 MOST_STEPS = 60
-"""Largest number of Newton steps in finding an end."""
 END_TOLERANCE = 0.02
 """Relative error of a tail's probability at which the iteration ends; for a Gaussian
 the error after the last step is some 2e-5 standard deviations."""

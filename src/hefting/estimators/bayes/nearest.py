@@ -21,7 +21,6 @@ SUFFICIENT_STATED_DISTANCE = 2.0
 """Squared Mahalanobis distance within which a mass distribution over the shape as
 stated is accepted, if the pose's error was not given."""
 MOST_SLIP_STEPS = 4
-"""Largest number of steps in which an error of the pose is refined."""
 NEGLIGIBLE_SLIP = 0.1
 """Error of a pose, in prior standard deviations, that is neglected."""
 CELL_REACH = 3.0
@@ -49,8 +48,7 @@ class Nearest:
     distance: float
     """squared, in standard deviations"""
     margin: float | None
-    """of its COM in the hull, where the shape most likely is; None for a certain
-    shape"""
+    """of its COM in the hull, where the shape most likely is; None if it is certain"""
     duals: Duals
     """start of the search for a similar body"""
 
@@ -172,8 +170,7 @@ def _without_shape(
 
 
 def _slipped(prior: Prior, scores: Array) -> tuple[Prior, Move]:
-    """Cells and voxels moved by errors of the pose of `scores` (d,) standard
-    deviations."""
+    """Cells and voxels moved by pose errors of `scores` (d,) standard deviations."""
     move = prior.slips.by(scores)
     return prior.placed_by(move.parameters), move
 

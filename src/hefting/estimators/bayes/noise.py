@@ -41,8 +41,7 @@ unchanged; standard deviations of the parameters change by half as much."""
 
 @immutable
 class NoiseSource:
-    """A state's samples and a given noise, from which the noise of the samples is
-    found."""
+    """A state's samples and a given noise, from which their noise is found."""
 
     samples: Samples
     state: State

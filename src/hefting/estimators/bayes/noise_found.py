@@ -60,8 +60,7 @@ class NoiseFound:
     contradicted: bool
     """whether the residuals exceed a given noise by more than chance"""
     excess: float
-    """variance of the residuals over that of a given noise, where it is contradicted;
-    else 1"""
+    """variance of the residuals over that of a given noise, if contradicted; else 1"""
     level: float
     """mean square of the residuals, whitened by the covariance that is allowed for"""
     at: Array

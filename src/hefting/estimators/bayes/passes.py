@@ -27,22 +27,19 @@ from hefting.estimators.bayes.prior import Placed, Prior, prior_of
 from hefting.shapes import Shape
 
 SMALLEST_PRIOR_SCALE = 0.2
-"""Lower bound of the prior's mass over the rough mass: it keeps light objects from
-shrinking to zero."""
+"""Lower bound of the prior's mass over the rough mass, against shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound of the prior's mass over the rough mass."""
 UNCHANGED_SCALE = 0.005
 """Relative change of the prior's mass up to which the prior counts as unchanged."""
 SMALLEST_CENTERED_MASS = 0.1
-"""Least mass of a posterior's mean, over the prior's, for its centre of mass to be
-used."""
+"""Least mass of a posterior's mean, over the prior's, for its COM to be used."""
 MUCH_LIKELIER = 8.0
 """Gain in log evidence (`Passes.likeliest_way`) above which another way to give the
 shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with
 the right shape, and with it 5 mm and 5° off."""
 SIZES = (1.0 / 2.54, 2.54)
-"""Factors of size of cm taken for in and of in for cm; a factor of ten shows in the
-density."""
+"""Factors of size of cm taken for in and of in for cm; ten shows in the density."""
 ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
 """(10,) prior standard deviations of mass, first moment [m] and inertia [m²] of an
 unknown body of about 1 kg."""
@@ -88,14 +85,12 @@ class Pass:
 
     @property
     def distortion_change(self) -> float:
-        """Largest change of the shape's distortion in the pass, in prior standard
-        deviations."""
+        """Largest change of the shape's distortion in the pass, in prior deviations."""
         return float(np.abs(self.scores - self.placed.scores).max(initial=0.0))
 
     @cached_property
     def center(self) -> Array:
-        """(3,) [m] centre of mass of this posterior; that of the prior if it has hardly
-        any mass."""
+        """(3,) [m] centre of mass; that of the prior if this has hardly any mass."""
         mean = self.mixture.mean
         if not mean[0] > SMALLEST_CENTERED_MASS * self.scale:
             return self.com
@@ -132,8 +127,7 @@ class Passes:
         )
 
     def next(self, last: Pass, scores: Array) -> Pass:
-        """The next pass, about the centre of mass of `last` and the distortion `scores`
-        (d,)."""
+        """The next pass, about the COM of `last` and the distortion `scores` (d,)."""
         placed = self.prior.about(scores, last.center)
         return self._pass(placed, last.center, last.measured, last.noise)
 

@@ -56,8 +56,7 @@ class Posterior:
     residual_covariance: Array
     """(6, 6) of the wrench, as modelled [N², N² m, N² m²]"""
     excess: float
-    """variance of the residuals over that of the claimed noise; 1 if the noise was
-    found"""
+    """variance of the residuals over that of the claimed noise; 1 if it was found"""
     contradicted: bool
     """whether that is more than chance"""
     autocorrelation: float
@@ -205,8 +204,7 @@ def doubtful_shape(posterior: Posterior, distance: float) -> float:
 
 
 def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
-    """Messages on doubts about the posterior; `distance` is squared, as in
-    `Nearest`."""
+    """Messages on doubts about the posterior; `distance` squared, as in `Nearest`."""
     return (
         *_noise_warnings(posterior),
         *_shape_warnings(posterior, distance),
@@ -256,15 +254,9 @@ def _exclusion(posterior: Posterior, far: float) -> Message:
     if posterior.instead:
         so = f"the answer is without the shape, which would fit {posterior.instead}"
     times = np.exp(min(-posterior.evidence, 20.0))
-    what = (
-        f"the wrench is {times:.2g} times as likely "
-        f"that of another shape, or of one elsewhere; {so}"
-    )
+    what = f"the wrench is {times:.2g} times as likely that of another shape, or of one elsewhere; {so}"
     if far:
-        what = (
-            f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} "
-            f"standard deviations away; {so}"
-        )
+        what = f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away; {so}"
     return warning("shape-contradicts-wrench", what, "shape")
 
 

@@ -28,8 +28,7 @@ from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import Shape
 
 MASS_STD = 3.0
-"""Standard deviation of the mass over the prior's mass, which leaves it next to
-free."""
+"""Standard deviation of the mass over the prior's mass, which leaves it nearly free."""
 LARGEST_DISTORTION = 3.0
 """Largest distortion of a shape along each mode, in prior standard deviations."""
 NEGLIGIBLE_MEMBER = 1e-3
@@ -179,10 +178,7 @@ class Prior:
         if not len(scores):
             mean, spread = self._bent(com)
             return Placed(
-                replace(self, mean=mean, spread=spread),
-                None,
-                scores,
-                np.zeros((10, 0)),
+                replace(self, mean=mean, spread=spread), None, scores, np.zeros((10, 0))
             )
         move = self.distortions.by(scores)
         effects = self.distortions.effects(self.mean, scores)
@@ -212,8 +208,7 @@ class Prior:
 
     @cached_property
     def voxels(self) -> Array:
-        """(10, n k) parameters of 1 kg in each voxel, where it is; computed when
-        needed."""
+        """(10, n k) parameters of 1 kg in each voxel, where it is; when needed."""
         if self.placement is None:
             return self.stated_voxels
         return self.placement @ self.stated_voxels
@@ -264,12 +259,10 @@ class Placed:
     scores: Array
     """(d,) the distortion in standard deviations"""
     effects: Array
-    """(10, d) change of the parameters of 1 kg by one standard deviation of each
-    mode"""
+    """(10, d) change of the parameters of 1 kg by a standard deviation of each mode"""
 
     def most_likely(self, weights: Array, means: Array) -> Array:
-        """(d,) posterior mean of the distortion from the members' weights (j,) and
-        means (j, 10)."""
+        """(d,) posterior mean of the distortion by the members' weights and means."""
         if not len(self.scores):
             return self.scores
         return _most_likely(self.prior, self.effects, weights, means)

@@ -21,29 +21,23 @@ from hefting.core.spatial import Array
 from hefting.estimators.quadratic import nonnegative_least_squares
 
 DISTANCE_WEIGHT = 1e4
-"""Weight w of the distance from the parameters, relative to the evenness of the mass
-distribution."""
+"""Weight w of the distance of the parameters, relative to evenness of the masses."""
 SMALL_WEIGHT = 30.0
 """Smaller w whose solution is the start of the final one. In 473 projections of the
 tests Newton's method misses `DUAL_TOLERANCE` 41 times without it and 28 times with it,
 always within `RELATIVE_DUAL_TOLERANCE`."""
 MOST_DUAL_STEPS = 40
-"""Largest number of Newton steps on each dual problem."""
 MOST_LENGTHS = 20
-"""Largest number of step lengths that are tried."""
 LENGTH_TOLERANCE = 1e-3
-"""Error of the length of a step."""
 DUAL_TOLERANCE = 1e-6
 """Largest entry of the dual's gradient at convergence: error of the parameters in
 standard deviations."""
 RELATIVE_DUAL_TOLERANCE = 1e-5
-"""The same as a share of the distance from the parameters, with which rounding
-grows."""
+"""The same as a share of the distance to the parameters, with which rounding grows."""
 NEGLIGIBLE_DUAL_CHANGE = 1e-13
 """Relative change of the dual objective that is attributed to rounding."""
 SMALLEST_SHARE = 1e-9
-"""Diagonal term that keeps the dual equations invertible, relative to their
-diagonal."""
+"""Diagonal that keeps the dual equations invertible, relative to their diagonal."""
 
 
 class Projection(NamedTuple):

@@ -19,8 +19,7 @@ from hefting.estimators.joint_state import (
 )
 
 NOISE_FLOOR_SHARE = 1e-6
-"""Smallest noise, relative to the wrench's root mean square: smaller values are due to
-rounding."""
+"""Smallest noise over the wrench's root mean square: what is smaller is rounding."""
 POOR_SENSOR_NOISE = 0.05
 """Noise of a poor sensor relative to its wrench, assumed while there are too few
 samples to measure it."""
@@ -116,8 +115,7 @@ class Samples:
 
     @cached_property
     def least_squares(self) -> Array:
-        """(10,) parameters of least squares, forces and torques weighed by their
-        size."""
+        """(10,) parameters of least squares, forces and torques weighed by size."""
         squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
         scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
         A, b = (self.A * scale[:, None]).reshape(-1, 10), (self.b * scale).ravel()

@@ -78,8 +78,7 @@ class InStep:
         return rows.transpose(0, 2, 1) @ rows
 
     def covariance(self, coloured: Array, gain: Array) -> Array:
-        """(10, 10) covariance of the sum of the groups' scores, whose errors are
-        independent."""
+        """(10, 10) covariance of the groups' scores' sum, of independent errors."""
         rows = self.factors(coloured, gain).reshape(-1, 10)
         return rows.T @ rows
 

@@ -33,8 +33,7 @@ between stretches."""
 
 @immutable
 class TimeSamples:
-    """Virtual samples by time scale and by stretch, less their mean if a bias is
-    free."""
+    """Virtual samples by time scale and stretch, less their mean if a bias is free."""
 
     scales: Groups
     stretches: Groups

@@ -51,23 +51,20 @@ class Voxels:
         offsets = _offsets_in_cell(sides, cuts)
         along_axes = shape.positions @ axes
         positions = (along_axes[:, None] + offsets[None]).reshape(-1, 3)
-        shares = (
-            np.full(n, 1.0 / n) if shape.volumes is None else np.asarray(shape.volumes)
-        )
-        volumes = np.repeat(shares / len(offsets), len(offsets))
+        volumes = np.repeat(shape.shares / len(offsets), len(offsets))
         rank = _depth_rank(positions, step, volumes)
 
         x, own = _like_homogeneous(shape, axes, positions, volumes, step)
         parameters = _parameters_of_points(x, own)
         points = parameters.reshape(10, n, -1).mean(axis=2)
-        cells, cell_shares = _grouped(points, shares)
+        cells, cell_shares = _grouped(points, shape.shares)
         return cls(
             parameters,
             volumes,
             rank,
             parameters @ volumes,
             points,
-            shares,
+            shape.shares,
             cells,
             cell_shares,
             cells[1:4].T.copy(),
@@ -128,8 +125,7 @@ def _parameters_of_points(x: Array, own: Array) -> Array:
 
 
 def _cell_box(shape: Shape) -> tuple[Array, Array]:
-    """Axes (3, 3), as columns, and sides (3,) [m] of a box that represents the cell of
-    a point."""
+    """Axes (3, 3), as columns, and sides (3,) [m] of a box for the cell of a point."""
     axes = np.array(shape.pose[:3, :3])
     if shape.cell_inertia is None:
         return axes, np.full(3, _spacing(shape))

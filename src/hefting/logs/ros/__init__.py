@@ -14,7 +14,6 @@ from hefting.logs.ros.messages import Collector, Gathered, same_name, without_sl
 from hefting.logs.ros.streams import Streams
 
 __all__ = ["read_bag"]
-"""Names that are public here."""
 
 
 def read_bag(
@@ -53,11 +52,8 @@ def read_bag(
     collector = _collect(contents, named)
     gathered = list(collector.finish().values())
     if contents.cuts and not collector.span:
-        raise InputError(
-            f"{', '.join(contents.cuts)}: nothing can be read",
-            path,
-            "record it again, or repair it",
-        )
+        what = f"{', '.join(contents.cuts)}: nothing can be read"
+        raise InputError(what, path, "record it again, or repair it")
     _check_named(contents, named)
     frames = without_slashes(world_frame), without_slashes(sensor_frame)
     streams = Streams(path, gathered, named, *frames)
@@ -83,7 +79,6 @@ def read_bag(
 
 
 def _collect(contents: Contents, named: dict[str, str]) -> Collector:
-    """The numbers of the wanted topics' messages."""
     collector = Collector(contents.path, named)
     try:
         for topic, logged, data in read_messages(contents, collector.wants):
@@ -96,15 +91,12 @@ def _collect(contents: Contents, named: dict[str, str]) -> Collector:
 
 
 def _check_named(contents: Contents, named: dict[str, str]) -> None:
-    """`InputError` for a named topic that is absent."""
     present = [topic.name for topic in contents.topics]
     for role, name in named.items():
         if name != "none" and not any(same_name(name, other) for other in present):
-            raise InputError(
-                f"there is no topic '{name}'{nearest(name, present)}",
-                where=contents.path,
-                fix=f"give `{role}_topic` one of {_list_topics(contents)}",
-            )
+            what = f"there is no topic '{name}'{nearest(name, present)}"
+            fix = f"give `{role}_topic` one of {_list_topics(contents)}"
+            raise InputError(what, where=contents.path, fix=fix)
 
 
 def _warn_about_unreadable(gathered: list[Gathered]) -> list[Message]:
@@ -126,21 +118,16 @@ def _check_streams(
     """`InputError`, with possible `reasons`, where a required stream is absent."""
     cut = "".join(f"{reason}, and " for reason in reasons)
     if wrench_needed and "wrench" not in streams.series:
-        raise InputError(
-            f"{cut}holds no wrench, only {_list_topics(contents)}",
-            contents.path,
-            "name its topic with `wrench_topic`, or export messages of other types to CSV",
-        )
+        what = f"{cut}holds no wrench, only {_list_topics(contents)}"
+        fix = "name its topic with `wrench_topic`, or export messages of other types to CSV"
+        raise InputError(what, contents.path, fix)
     if not {"orientation", "joint_positions"} & set(streams.series):
         fix = streams.hint or (
             "name the topic of a pose with `pose_topic`, or record tf, PoseStamped or "
             "JointState along with it"
         )
-        raise InputError(
-            f"{cut}holds no orientation and no joint positions, only {_list_topics(contents)}",
-            contents.path,
-            fix,
-        )
+        what = f"{cut}holds no orientation and no joint positions, only {_list_topics(contents)}"
+        raise InputError(what, contents.path, fix)
 
 
 def _list_topics(contents: Contents) -> str:

@@ -64,11 +64,9 @@ def checked(raw: Link, series: Series, where: str, live: bool = False) -> Link:
     norm = np.linalg.norm(series.values[:, 3:], axis=1)
     if np.abs(norm - 1).max() > 1e-2:
         k = int(np.argmax(np.abs(norm - 1) > 1e-2))
-        raise InputError(
-            f"the quaternion has norm {norm[k]:.4g}, not 1",
-            f"{where}, message {series.rows[k]}",
-            "repair its publisher",
-        )
+        what = f"the quaternion has norm {norm[k]:.4g}, not 1"
+        fix = "repair its publisher"
+        raise InputError(what, f"{where}, message {series.rows[k]}", fix)
     alike = len(series) == 1 or not live
     static = raw.static or (alike and bool((series.values == series.values[0]).all()))
     return Link(raw.parent, raw.child, series[-1:] if static else series, static)
@@ -120,17 +118,11 @@ class Tree:
             links = self.links[frame]
             if len(links) > 1:
                 parents = " and ".join(sorted(link.parent for link in links))
-                raise InputError(
-                    f"frame {frame} has two parents, {parents}",
-                    self.where,
-                    "keep one publisher of it",
-                )
+                what = f"frame {frame} has two parents, {parents}"
+                raise InputError(what, self.where, "keep one publisher of it")
             if len(chain) == len(self.links):
-                raise InputError(
-                    f"the parents of frame {frame} go in a circle",
-                    self.where,
-                    "repair the tf tree",
-                )
+                what = f"the parents of frame {frame} go in a circle"
+                raise InputError(what, self.where, "repair the tf tree")
             chain.append(links[0])
             frame = links[0].parent
         return chain
@@ -143,11 +135,9 @@ class Tree:
         """
         for frame, option in ((world, "`world_frame`"), (sensor, "`sensor_frame`")):
             if frame is not None and frame not in self.frames:
-                raise InputError(
-                    f"tf has no frame '{frame}'{nearest(frame, self.frames)}",
-                    where=self.where,
-                    fix=f"give {option} one of {list_names(self.frames)}",
-                )
+                what = f"tf has no frame '{frame}'{nearest(frame, self.frames)}"
+                fix = f"give {option} one of {list_names(self.frames)}"
+                raise InputError(what, where=self.where, fix=fix)
         down = self.upward(sensor)
         if world is None:
             return [(link, True) for link in reversed(down)]

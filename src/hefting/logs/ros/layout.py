@@ -26,7 +26,6 @@ CODES = {
         for n in (1, 2, 4, 8)
     },
 }
-"""Numpy codes of the numeric types."""
 
 MAX_DEFINITION = 100_000
 """Longest message definition that is parsed [characters]."""
@@ -42,8 +41,7 @@ PLACEHOLDER = "structure_needs_at_least_one_member"
 """Field that ROS 2 adds to a message type without fields."""
 
 Definitions = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
-"""By type: constants, and fields as (name, description), in the form of
-`rosbags.typesys`."""
+"""By type: constants, and fields as (name, description), as in `rosbags.typesys`."""
 
 
 class Unreadable(Exception):
@@ -66,8 +64,7 @@ class Layout:
     """begin and end of the bytes that determine the layout"""
 
     def find(self, *endings: str) -> list[str] | None:
-        """The path that ends in each of `endings`, or None unless there is exactly one
-        for each."""
+        """The path that ends in each of `endings`; None unless there is one each."""
         found = []
         for ending in endings:
             paths = [

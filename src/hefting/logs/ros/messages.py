@@ -177,20 +177,18 @@ class Collector:
 
     def _definitions(self, topic: Topic) -> Definitions:
         if topic.encoding not in ("cdr", "ros1"):
-            raise InputError(
-                f"messages of {topic} are encoded as {topic.encoding[:20]!r}",
-                self.where,
-                "record them as ROS 1 or ROS 2 (cdr) messages",
-            )
+            what = f"messages of {topic} are encoded as {topic.encoding[:20]!r}"
+            fix = "record them as ROS 1 or ROS 2 (cdr) messages"
+            raise InputError(what, self.where, fix)
         return definitions_for(topic)
 
     def _missing_definition(self, topic: Topic, name: str) -> InputError:
         kinds = TYPES[self.gathered[topic].role]
-        return InputError(
-            f"the bag holds no message definition of {name}, the type of {topic.name}",
-            where=self.where,
-            fix=f"record as MCAP, which holds definitions, or as {kinds[0]}",
+        what = (
+            f"the bag holds no message definition of {name}, the type of {topic.name}"
         )
+        fix = f"record as MCAP, which holds definitions, or as {kinds[0]}"
+        return InputError(what, where=self.where, fix=fix)
 
 
 def same_name(one: str, other: str) -> bool:

@@ -1,5 +1,4 @@
-"""Samples of one quantity in a bag, and the repair of their stamps, order and
-repeats."""
+"""Samples of one quantity in a bag, and repair of their stamps, order and repeats."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,11 +9,10 @@ from numpy.typing import NDArray
 
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, changed_rows
 
 FAR_BACK = 1_000_000_000
-"""[ns] Largest step back of stamps of messages out of order; a larger one means another
-clock."""
+"""[ns] Largest step back of stamps out of order; a larger one is another clock."""
 
 
 @dataclass(frozen=True)
@@ -91,11 +89,9 @@ def tidy(
     steps = np.diff(series.time)
     if len(steps) and steps.min() < -FAR_BACK:
         k = int(np.argmax(steps < -FAR_BACK))
-        raise InputError(
-            f"time goes back by {-steps[k] * 1e-9:.9g} s",
-            where=f"{where}, message {series.rows[k + 1]}",
-            fix="cut the bag there, or record with one clock",
-        )
+        what = f"time goes back by {-steps[k] * 1e-9:.9g} s"
+        fix = "cut the bag there, or record with one clock"
+        raise InputError(what, where=f"{where}, message {series.rows[k + 1]}", fix=fix)
     if (backward := int((steps < 0).sum())) > 0:
         text = (
             f"{backward} messages of {what} came out of order: sorted by their stamps"
@@ -104,7 +100,7 @@ def tidy(
         series = series[np.argsort(series.time, kind="stable")]
     repeated = np.append(False, np.diff(series.time) == 0)[: len(series)]
     if repeated.any():
-        equal = np.append(False, (series.values[1:] == series.values[:-1]).all(axis=1))
+        equal = ~changed_rows(series.values)
         if exact := int((repeated & equal).sum()):
             tell(
                 note(

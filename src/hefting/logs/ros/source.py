@@ -1,5 +1,4 @@
-"""Bytes of a bag, read forward; every length is checked against the file before it is
-used."""
+"""Bytes of a bag, read forward; lengths are checked against the file before use."""
 
 import bz2
 import os
@@ -15,8 +14,7 @@ MAX_CHUNK = 256 * 1024**2
 """Largest record, and largest decompressed chunk, that is read [bytes]."""
 
 MAX_RATIO = 200
-"""Largest ratio of decompressed size (beyond one chunk) to file size; sensor data reach
-about 20."""
+"""Largest decompressed size (beyond one chunk) over file size; sensor data reach 20."""
 
 
 LONGEST_TEXT = 200
@@ -84,11 +82,9 @@ class Source:
         """The next `count` bytes, or all that are left."""
         count = min(count, self.left)
         if count > MAX_CHUNK:
-            raise InputError(
-                f"a record at byte {self.position} has {count / 1e6:.0f} MB, more than 256 MiB",
-                self.path,
-                "record the log again with smaller chunks",
-            )
+            what = f"a record at byte {self.position} has {count / 1e6:.0f} MB, more than 256 MiB"
+            fix = "record the log again with smaller chunks"
+            raise InputError(what, self.path, fix)
         self.position += count
         report(READING, self.position / self.size)
         return self.file.read(count)
@@ -117,11 +113,8 @@ class Budget:
         if kind in ("", "none"):
             return data
         if size > MAX_CHUNK:
-            raise InputError(
-                f"a chunk has {size / 1e6:.0f} MB, more than 256 MiB",
-                self.path,
-                "record with smaller chunks",
-            )
+            what = f"a chunk has {size / 1e6:.0f} MB, more than 256 MiB"
+            raise InputError(what, self.path, "record with smaller chunks")
         decompressor = _decompressor(kind, self.path)
         try:
             inflated = decompressor.decompress(data, max_length=size + 1)
@@ -142,11 +135,8 @@ class Budget:
         """Count `count` decompressed bytes; `InputError` when they are too many."""
         self.left -= count
         if self.left < 0:
-            raise InputError(
-                f"decompresses to more than {MAX_RATIO} times its size",
-                self.path,
-                "decompress it first",
-            )
+            what = f"decompresses to more than {MAX_RATIO} times its size"
+            raise InputError(what, self.path, "decompress it first")
 
 
 def zstandard() -> Any:
@@ -168,8 +158,5 @@ def _decompressor(kind: str, path: Path) -> Any:
         with needing("rosbags", "ros"):
             from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
         return LZ4FrameDecompressor()
-    raise InputError(
-        f"chunks are compressed as {kind[:20]!r}, which is not read",
-        path,
-        "use lz4, zstd, bz2 or none",
-    )
+    what = f"chunks are compressed as {kind[:20]!r}, which is not read"
+    raise InputError(what, path, "use lz4, zstd, bz2 or none")

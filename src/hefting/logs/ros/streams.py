@@ -1,5 +1,4 @@
-"""Numbers of a bag's topics -> streams of a recording: choice of topics, frames and
-axes."""
+"""Numbers of a bag's topics -> streams of a recording: by topics, frames and axes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,8 +14,7 @@ from hefting.logs.ros.messages import TYPES, Gathered, Key
 from hefting.logs.ros.series import Series, tidy
 
 WORLD, SENSOR = "world", "sensor"
-"""Frames in bags that this library writes: that of the poses, and that of which they
-are."""
+"""Frames in bags that this library writes: of the poses, and of what they are."""
 
 LEVER_ARM = 0.005
 """[m] Largest distance of an accelerometer from the sensor's origin."""
@@ -154,14 +152,11 @@ class Streams:
     def _check_world(self, topic: Gathered, frame: str) -> None:
         """`InputError` for poses in another frame than the named world."""
         if self.world not in (None, frame):
-            raise InputError(
-                f"poses are in frame '{frame}', not '{self.world}'",
-                f"{self.path}, {topic.topic.name}",
-            )
+            what = f"poses are in frame '{frame}', not '{self.world}'"
+            raise InputError(what, f"{self.path}, {topic.topic.name}")
 
     def _warn_about_pose(self, topic: Gathered, frame: str, child: str) -> None:
-        """Warn that the poses' frame on the sensor is unknown, except in bags of this
-        library."""
+        """Warn that the poses' frame is unknown, except in bags of this library."""
         if (frame, self.sensor) == (WORLD, SENSOR):
             return
         of = f" of {child}" if child else ""
@@ -217,10 +212,8 @@ class Streams:
         # the first such message gives the order
         _, *names = max(first, key=lambda key: (len(key), -first[key]))
         if len(set(names)) != len(names):
-            raise InputError(
-                "a joint has two values in one message",
-                f"{self.path}, {topic.topic.name}",
-            )
+            what = "a joint has two values in one message"
+            raise InputError(what, f"{self.path}, {topic.topic.name}")
         others: set[str] = set()
         parts: dict[str, list[Series]] = {}
         for (what, *own), series in topic.series.items():
@@ -287,8 +280,7 @@ class Streams:
         return Rotation.from_quat(pose[3:]), at_sensor
 
     def twist(self) -> None:
-        """Velocities in world axes; those in sensor axes are turned by the
-        orientation."""
+        """Velocities in world axes; from sensor axes by the orientation."""
         topic = self._topic("twist")
         if topic is None:
             return
@@ -326,11 +318,8 @@ class Streams:
             self.series[what] = series.with_values(series.values[:, part])
 
     def _topic(self, role: str) -> Gathered | None:
-        """The topic of a role (a key of `TYPES`), if any.
-
-        Raises `InputError` for several topics of the role, or a named one without usable
-        samples.
-        """
+        """The topic of a role (a key of `TYPES`), if any. Raises `InputError` for
+        several topics of the role, or a named one without usable samples."""
         candidates = [
             topic for topic in self.gathered if topic.role == role and topic.series
         ]

@@ -23,8 +23,7 @@ from hefting.logs.ros.messages import JOINT_PATHS
 from hefting.logs.ros.streams import SENSOR, WORLD
 
 EPOCH = 1_000_000_000
-"""Stamp of a recording's first sample [ns], as a stamp of zero means that there is
-none."""
+"""Stamp of a recording's first sample [ns], as zero means that there is none."""
 
 VECTORS = {
     "position": "pose.position",
@@ -150,17 +149,11 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
     """
     target = Path(os.path.realpath(path))
     if target.suffix not in (".bag", ".mcap", ""):
-        raise InputError(
-            f"'{target.suffix}' is not a bag that is written",
-            path,
-            "use .bag, .mcap or no suffix",
-        )
+        what = f"'{target.suffix}' is not a bag that is written"
+        raise InputError(what, path, "use .bag, .mcap or no suffix")
     if recording.static:
-        raise InputError(
-            "static poses have no times, which messages need",
-            path,
-            "write .csv or .parquet",
-        )
+        what = "static poses have no times, which messages need"
+        raise InputError(what, path, "write .csv or .parquet")
     if target.is_dir() or (target.exists() and not target.suffix):
         raise InputError("exists already", path, "choose another name")
     check_replaceable(path)
