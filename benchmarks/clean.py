@@ -111,7 +111,7 @@ def simulated(number: int, duration: float, wrench_delay: float = 0.0):
 
 def verdict(number: int) -> Verdict:
     """Identify one."""
-    import hefting.ingest.left_out as choosing
+    import hefting.ingest.chosen_part as choosing
     from hefting.core.errors import HeftingError
     from hefting.identification import identify
 

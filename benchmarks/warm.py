@@ -33,7 +33,7 @@ STAGES = {
     "motion": ("hefting.ingest.condition.path_of",),
     "fit": ("hefting.ingest.condition._fit",),
     "changes": ("hefting.ingest.condition.find_changes",),
-    "mistakes": ("hefting.ingest.left_out.doubt_of",),
+    "mistakes": ("hefting.ingest.chosen_part.doubt_of",),
     "conclusion": ("hefting.identification.front.understand",),
     "solving": ("hefting.identification.identify.run",),
     "checks": ("hefting.identify",),

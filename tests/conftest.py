@@ -154,7 +154,7 @@ def nothing_looked_for(monkeypatch):
     (`ingest/test_changes.py`); a mistake that is named widens intervals."""
     ingest = import_module("hefting.ingest.ingest")
     monkeypatch.setattr(ingest, "condition", partial(ingest.condition, changes=False))
-    part = import_module("hefting.ingest.left_out")
+    part = import_module("hefting.ingest.chosen_part")
     monkeypatch.setattr(part, "doubt_of", lambda case, **_: None)
 
 

@@ -1,5 +1,6 @@
 """Changes of the object within a recording: found, told, and the longest stretch used."""
 
+import re
 from dataclasses import replace
 from functools import cache
 from itertools import combinations
@@ -16,7 +17,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.identification import identify
-from hefting.ingest import Conditioned, condition, left_out
+from hefting.ingest import Conditioned, chosen_part, condition
 from hefting.ingest.changes.assignment import NO_BODY, Assignment, Part
 from hefting.ingest.changes.bodies import JointModel, is_suspicious, with_noise_scale
 from hefting.ingest.changes.cells import (
@@ -226,7 +227,7 @@ def test_identify_takes_the_stretch_as_if_it_had_been_given():
 
 
 def test_a_part_that_is_given_is_used_as_it_is(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(left_out, "doubt_of", lambda *_, **__: None)
+    monkeypatch.setattr(chosen_part, "doubt_of", lambda *_, **__: None)
     recording = moving("swapped").recording
     whole = identify(recording, method="OLS", duration=1e3).estimate
     assert "change-left-in" in codes(whole.warnings)
@@ -425,6 +426,24 @@ def test_messages_name_times_kinds_and_what_to_give():
     assert "`start` 1.00 `duration` 4.00 (1 kg, COM (0, 10, 20) mm)" in used
     assert "only 5.20 to 10.00 s is used" in used
     assert change_warnings(None, chosen=True) == []
+
+
+def test_of_many_parts_the_longest_are_listed():
+    lengths = [2.0, 5.0, 3.0, 9.0, 1.0, 4.0, 6.0, 8.0]
+    ends = np.cumsum(lengths)
+    kinds = ["swapped"] * 7 + [None]
+    parts = tuple(
+        Stretch(end - length, end, 1.0, None, kind, bare=False)
+        for end, length, kind in zip(ends, lengths, kinds, strict=True)
+    )
+    touches = tuple(Touch(10.0 * k, 10.0 * k + 1.0) for k in range(7))
+    change, touch, used = change_warnings(Changes(parts, touches, 38.0), chosen=True)
+    assert change.count("swapped") == 6
+    assert change.endswith("and 1 more")
+    assert "50.0 to 51.0 s and 1 more: touched" in touch
+    starts = [float(x) for x in re.findall(r"`start` (\S+)", used)]
+    assert starts == [2.0, 7.0, 10.0, 20.0, 24.0, 30.0]
+    assert used.endswith("and 2 more")
 
 
 @pytest.mark.parametrize(

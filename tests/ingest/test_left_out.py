@@ -8,9 +8,8 @@ import pytest
 from disturbances import GRAVITY, body, disturbed, with_wrench
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
-from hefting.ingest import condition
 from hefting.ingest.ingest import ingest
-from hefting.ingest.left_out import CAUSES, _case, _missing, runs
+from hefting.ingest.left_out import CAUSES, _missing, runs
 from hefting.ingest.path import path_of
 from hefting.simulation import UR5, random_smooth, simulate
 
@@ -118,16 +117,3 @@ def test_a_step_counts_as_a_gap_beyond_five_of_the_usual_ones():
         for span in found:
             assert span.end - span.start == pytest.approx(0.01 * steps)
             assert (span.cause, span.samples) == ("no-wrench", 0)
-
-
-@pytest.mark.parametrize(("knots", "judged"), [(1, 2), (2, 2), (5, 5), (30, 8)])
-def test_mistakes_are_judged_beside_the_drift_that_is_removed(knots, judged):
-    """Half of a payload in slow motion had been *good* beside a drift that bends."""
-    recording = recording_of()
-    found = condition(recording)
-    time = np.linspace(0.0, 10.0, knots)
-    drift = replace(found.bias, knots=time, values=np.zeros((knots, 6)))
-    found = replace(found, bias=drift)
-    case = _case(recording, found, may_be_biased=True, sensor_errors=0.005)
-    assert case is not None
-    assert case.bias_functions.shape[1] == judged

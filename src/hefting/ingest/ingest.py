@@ -26,11 +26,12 @@ from hefting.ingest.channels import (
     require_changing_wrench,
     still_pose_message,
 )
+from hefting.ingest.chosen_part import ChosenPart, choose_part
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import residuals
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.left_out import ChosenPart, choose_part, left_out_of
+from hefting.ingest.left_out import left_out_of
 from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.rivals.consequence import Doubt
 from hefting.ingest.sign_and_bias import Fitted, choose_sign, fit_samples, sign_warnings

@@ -186,7 +186,7 @@ def _plotly() -> Markup:
 
 
 def _package_file(name: str) -> str:
-    return files("hefting.page").joinpath(name).read_text()
+    return files("hefting.page").joinpath(name).read_text("utf-8")
 
 
 @dataclass(frozen=True)

@@ -208,7 +208,7 @@ def _kept(folder: Path, name: str, job: Job) -> Result | None:
     if not path.exists():
         return None
     try:
-        return json.loads(path.read_text())["result"]
+        return json.loads(path.read_text("utf-8"))["result"]
     except (OSError, ValueError, KeyError, TypeError):
         return None  # damaged: done again
 

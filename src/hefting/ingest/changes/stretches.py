@@ -25,6 +25,9 @@ SAME_MASS_SHARE = 0.05
 TOOL_ALONE_SHARE = 0.02
 """Mass held beside a tool, over the tool's, up to which nothing is held."""
 
+MOST_LISTED = 6
+"""Number of events or parts in a message; JSON holds all."""
+
 LONG_TOUCH_SHARE = 0.5
 """Share of a recording above which the duration of a contact is reported."""
 
@@ -191,11 +194,11 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
         return []
     said = []
     if events := _events(changes):
-        what = f"the object changes: {', '.join(events)}"
+        what = f"the object changes: {_listed(events)}"
         said.append(warning("change-point", what))
     if changes.touches:
         said.append(_touch(changes))
-    parts = ", ".join(_part(stretch) for stretch in changes.stretches)
+    parts = _parts(changes.stretches)
     if not chosen:
         what = f"the part that was given is used, though no single free body explains it; parts of one body: {parts}"
         return [*said, error("change-left-in", what, "start")]
@@ -213,7 +216,7 @@ def _events(changes: Changes) -> list[str]:
 
 
 def _touch(changes: Changes) -> Message:
-    when = ", ".join(f"{t.start:.1f} to {t.end:.1f} s" for t in changes.touches)
+    when = _listed([f"{t.start:.1f} to {t.end:.1f} s" for t in changes.touches])
     long = changes.touched > LONG_TOUCH_SHARE * changes.duration
     much = ", more than half of the recording" if long else ""
     parts = (*changes.touches, *changes.stretches)
@@ -223,6 +226,20 @@ def _touch(changes: Changes) -> Message:
     also = ", or was the sensor zeroed" if lasts else ""
     what = f"no free body explains the wrench from {when}{much}: touched{also}?"
     return warning("change-touched", what)
+
+
+def _parts(stretches: tuple[Stretch, ...]) -> str:
+    """The longest stretches in words, in order of time, and the number of the others."""
+    every = range(len(stretches))
+    longest = sorted(every, key=lambda i: -stretches[i].duration)[:MOST_LISTED]
+    first = sorted(every, key=lambda i: (i not in longest, i))
+    return _listed([_part(stretches[i]) for i in first])
+
+
+def _listed(texts: list[str]) -> str:
+    """The first texts, and the number of the others."""
+    more = len(texts) - MOST_LISTED
+    return ", ".join(texts[:MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _part(stretch: Stretch) -> str:
