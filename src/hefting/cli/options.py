@@ -291,8 +291,7 @@ def read_recording(
 
 
 def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` as of `check_place`, and for an existing output that is not a regular
-    file."""
+    """`InputError` as of `check_place`, and for an output that is no regular file."""
     check_place(path, *inputs)
     check_replaceable(path, *inputs)
 

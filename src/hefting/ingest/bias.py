@@ -74,11 +74,9 @@ def load_bias(path: str | Path) -> Array | BiasOfEstimate:
         if isinstance(data, dict):
             wrench = (data.get("provenance") or {}).get("wrench")
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
-        raise InputError(
-            f"holds no bias ({str(error)[:80]})",
-            where=path,
-            fix='write {"bias": [fx,fy,fz,tx,ty,tz]}',
-        ) from error
+        what = f"holds no bias ({str(error)[:80]})"
+        fix = 'write {"bias": [fx,fy,fz,tx,ty,tz]}'
+        raise InputError(what, where=path, fix=fix) from error
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError("a bias is six finite numbers [N, N m]", where=path)
     check_magnitude(values, LARGEST["wrench"], "a bias", path)
@@ -99,10 +97,8 @@ def bias_of(
     if isinstance(given, str):
         if given in ("auto", "none", "estimate"):
             return given
-        raise InputError(
-            f"unknown bias model '{given}'",
-            fix="use auto, none, estimate, six numbers or a JSON file",
-        )
+        fix = "use auto, none, estimate, six numbers or a JSON file"
+        raise InputError(f"unknown bias model '{given}'", fix=fix)
     values = frozen(given)
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError(
