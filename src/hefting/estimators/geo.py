@@ -18,11 +18,7 @@ from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.possible_bodies import (
-    PossibleBodies,
-    ball_factor,
-    body_factor,
-)
+from hefting.estimators.possible_bodies import PossibleBodies, ball_factor, body_factor
 from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
 from hefting.estimators.sample_state import (
     SMOOTHED_C1,

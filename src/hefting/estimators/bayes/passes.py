@@ -33,13 +33,15 @@ LARGEST_PRIOR_SCALE = 2.0
 UNCHANGED_SCALE = 0.005
 """Relative change of the prior's mass up to which the prior counts as unchanged."""
 SMALLEST_CENTERED_MASS = 0.1
-"""Least mass of a posterior's mean, over the prior's, for its COM to be used."""
+"""Least mass of a posterior's mean, over the prior's, for its centre of mass to be
+used."""
 MUCH_LIKELIER = 8.0
 """Gain in log evidence (`Passes.likeliest_way`) above which another way to give the
 shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with
 the right shape, and with it 5 mm and 5° off."""
 SIZES = (1.0 / 2.54, 2.54)
-"""Factors of size of cm taken for in and of in for cm; ten shows in the density."""
+"""Factors of size of cm taken for in and of in for cm; a factor of ten shows in the
+density."""
 ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
 """(10,) prior standard deviations of mass, first moment [m] and inertia [m²] of an
 unknown body of about 1 kg."""
@@ -90,7 +92,8 @@ class Pass:
 
     @cached_property
     def center(self) -> Array:
-        """(3,) [m] centre of mass; that of the prior if this has hardly any mass."""
+        """(3,) [m] centre of mass of this posterior; that of the prior if it has hardly
+        any mass."""
         mean = self.mixture.mean
         if not mean[0] > SMALLEST_CENTERED_MASS * self.scale:
             return self.com
