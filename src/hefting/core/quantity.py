@@ -46,9 +46,10 @@ def quantity(text: str, kind: Kind) -> float:
     return float(match[1] + (match[2] or "")) * units[match[3]]
 
 
-def numbers(text: str, count: int, option: str) -> list[float]:
-    """`count` finite numbers separated by commas; `InputError` names the option
-    otherwise."""
+def numbers(text: str, count: int | None, option: str) -> list[float]:
+    """`count` finite numbers separated by commas, or any number of them; `InputError`
+    names the option otherwise."""
+    count = text.count(",") + 1 if count is None else count
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:

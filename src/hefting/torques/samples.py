@@ -13,6 +13,7 @@ from dataclasses import fields, replace
 from typing import Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
@@ -164,7 +165,7 @@ LEAST_TURN = 0.02
 
 
 def samples_of(
-    recording: Recording, dynamics: JointDynamics, gains: Array | None = None
+    recording: Recording, dynamics: JointDynamics, gains: ArrayLike | None = None
 ) -> TorqueSamples:
     """Motion and torques of the joints of `dynamics` in a recording.
 
@@ -202,7 +203,7 @@ def still_joints(
     return (warning("joint-still", what),)
 
 
-def _torques(recording: Recording, gains: Array | None) -> str:
+def _torques(recording: Recording, gains: ArrayLike | None) -> str:
     """Name of the stream of torques, or of currents that have gains; `InputError`
     without."""
     source = recording.source
@@ -232,7 +233,7 @@ def _torques(recording: Recording, gains: Array | None) -> str:
     )
 
 
-def _checked(gains: Array, joints: int, source: str) -> Array:
+def _checked(gains: ArrayLike, joints: int, source: str) -> Array:
     """Gains (n,) or (1,); `InputError` for another number, or if one is zero or not
     finite."""
     values = np.atleast_1d(np.asarray(gains, dtype=float))
