@@ -92,7 +92,7 @@ def given_options(options: Mapping[str, Any]) -> dict[str, Value]:
 
 def _typed(name: str, value: Any, kind: type) -> Value:
     """A value as the type of its option."""
-    if not isinstance(value, str | int | float | list | tuple):
+    if not isinstance(value, str | int | float | list | tuple | Path):
         what = f"is a {type(value).__name__}, not a text or a number"
         raise InputError(what, name, "give it as it is typed: the name of a file, say")
     if kind is bool:
