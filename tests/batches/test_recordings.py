@@ -319,5 +319,6 @@ def test_objects_by_a_column_or_by_folder(tmp_path):
 
 def test_a_path_is_a_value_as_its_text_is(tmp_path):
     tool = tmp_path / "gripper.json"
-    (entry,) = recordings_of(["a.csv"], {"tool": tool})
+    (tmp_path / "a.csv").touch()
+    (entry,) = recordings_of([tmp_path / "a.csv"], {"tool": tool})
     assert entry.options == {"tool": str(tool)}
