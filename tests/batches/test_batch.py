@@ -117,7 +117,7 @@ def test_what_is_the_same_stays_and_what_is_not_is_done_again(tmp_path, monkeypa
     options = {**data.shared, "start": 2.0}
     other = batch(logs, tmp_path / "r", jobs=1, resume=True, **options)
     assert (other.progress.kept, other.progress.anew) == (0, 4)
-    assert "4 rows replaced, of other options" in headline(other)
+    assert "4 replaced, of other options" in headline(other)
     assert "replaced" not in headline(again)
     assert other.table().num_rows == len(logs)
 

@@ -315,3 +315,10 @@ def test_objects_by_a_column_or_by_folder(tmp_path):
     assert recordings_of(path, group_by="folder").in_groups() == [[0, 2, 3], [1]]
     with pytest.raises(InputError, match="did you mean 'thing'"):
         recordings_of(path, group_by="thin")
+
+
+def test_a_path_is_a_value_as_its_text_is(tmp_path):
+    tool = tmp_path / "gripper.json"
+    (tmp_path / "a.csv").touch()
+    (entry,) = recordings_of([tmp_path / "a.csv"], {"tool": tool})
+    assert entry.options == {"tool": str(tool)}

@@ -100,5 +100,7 @@ def test_what_cannot_be_filled_in(run, folder, words, said):
     run("identify", log, "--output", file)
     assert refused(run("identify", log, *words), said)
     assert refused(run("export", file, "--to", "urdf", *words), said)
+    boxed = ("--fill-inertia", "shape", "--box", "0.1,0.1,0.1")
+    assert run("export", file, "--to", "urdf", *boxed)[0] == 0
     for_nothing = run("export", file, "--to", "urdf", "--shape", "box:0,1,0,1,0,1")
     assert refused(for_nothing, "is for --fill-inertia shape")

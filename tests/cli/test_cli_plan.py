@@ -252,7 +252,7 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         (("--duration", "0.1"), ("--duration", "1 to 120 s")),
         (("--seed", "-1"), ("--seed", "negative")),
         (("--rate", "0"), ("--rate", "10 to 10,000 Hz")),
-        (("--sensor-noise", "0N,1Nm"), ("--sensor-noise", "every sensor has some")),
+        (("--sensor-noise", "0N,1Nm"), ("--sensor-noise", "is not positive")),
         (("--sensor-noise", "1,2"), ("--sensor-noise", "N, mN")),
         (("--sensor-range", "1"), ("--sensor-range", "100N,5Nm")),
         (("--sensor-range", "1N,5Nm"), ("the sensor's range of force", "relax")),

@@ -296,6 +296,8 @@ def test_gains_on_torques_are_told(folder, run):
     assert "gains-on-torques" in codes(found)
     assert found["verdict"] == "usable with care"
     assert found["provenance"]["torque_gains"] == [2.0]
+    _, found = answer(run, command(folder, *words, "--torque-gains", "1"))
+    assert "gains-on-torques" not in codes(found)
 
 
 def test_the_same_motion_may_be_recorded_twice(folder, run, tmp_path):
@@ -351,7 +353,7 @@ def test_bad_input_is_one_line(folder, run, tmp_path):
     assert refused(run(*command(folder, without("q6", "five.csv"))))
     for words, said in (
         (("--torque-gains", "1,2"), "2 gains for 6"),
-        (("--torque-gains", "x"), "no numbers"),
+        (("--torque-gains", "x"), "is not a finite number"),
         (("--tool", "tool.json"), "not for --torques"),
         (("--gravity", "estimate"), "not found from joint torques"),
         (("--method", "all"), "compared by the wrench"),

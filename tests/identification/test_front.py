@@ -123,6 +123,8 @@ def test_several_methods_are_compared(recording, methods):
     assert several.warnings == best.warnings
     assert len(repr(several)) < 1500
     assert "recommended of  LMI, OLS" in repr(several)
+    named = hefting.identify(recording, method="LMI, OLS")
+    assert (named.mass, set(named.results)) == (several.mass, {"LMI", "OLS"})
 
 
 def test_all_methods_and_hyperparameters_of_some(recording):
@@ -200,6 +202,8 @@ def test_a_tare_is_the_mean_wrench_of_its_time(recording):
     mean = wrench.values[wrench.time - recording.start <= 0.5].mean(axis=0)
     tared = hefting.identify(recording, bias="tare:0,0.5")
     assert_same(tared, hefting.identify(recording, bias=mean), rtol=1e-12)
+    text = ",".join(map(repr, mean.tolist()))
+    assert_same(tared, hefting.identify(recording, bias=text), rtol=1e-12)
     with pytest.raises(InputError, match="is for recordings"):
         hefting.LiveIdentifier(bias="tare:0,0.5")
 

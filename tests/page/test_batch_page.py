@@ -16,6 +16,7 @@ import plotly.graph_objects as go
 from batch_rows import batch_of, doubted, failed, identified, spread, start
 
 from hefting.cli import build_parser
+from hefting.cli.report.batch import batch_report
 from hefting.page import Context
 from hefting.page.batch import LONGEST, MOST_REASONS, batch_page
 from hefting.page.figure import LIGHT, histogram
@@ -258,3 +259,11 @@ def test_a_page_of_many_rows_is_small(tmp_path):
 
 def test_the_same_bytes_every_time(mixed):
     assert batch_page(mixed) == batch_page(mixed)
+
+
+def test_the_printed_report_names_the_page_that_shows_the_rest(tmp_path):
+    rows = [doubted(f"{k}.csv", "wrong", "why", "do not use") for k in range(8)]
+    found = batch_of(tmp_path / "r", rows)
+    for page, said in ((None, "--report"), ("a.html", "a.html")):
+        lines = map(str, batch_report(found, str, page))
+        assert any(f"and 3 more; {said} shows them" in line for line in lines)

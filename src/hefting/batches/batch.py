@@ -195,10 +195,7 @@ def headline(found: Batch) -> str:
     if progress.kept:
         text += f"; {progress.kept:,} of them unchanged"
     if progress.anew:
-        rows = "row" if progress.anew == 1 else "rows"
-        text += (
-            f"; {progress.anew:,} {rows} replaced, of other options, files or version"
-        )
+        text += f"; {progress.anew:,} replaced, of other options, files or version"
     if found.summary.total != progress.done:
         rows = "row" if found.summary.total == 1 else "rows"
         text += f"; {found.summary.total:,} {rows} in all"

@@ -72,8 +72,7 @@ def _run_plain(a: argparse.Namespace) -> None:
     with progress("converting", stages={"reading the log": 1.0}):
         recording = part_of(a, read_recording(a))
         lost = write_log(recording, a.output)
-    _print(_description(recording))
-    _warn_about_lost(lost)
+    _print([*_description(recording), *_not_written(lost)])
     written = find_writer(a.output)
     if recording.joint_names and written and written.is_table:
         names = ", ".join(recording.joint_names)
@@ -97,19 +96,18 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
         recording = part_of(a, read_recording(a))
         replay = replay_of(recording, estimate, shape)
         lost = write_dashboard(replay, a.output, render)
-    _print(_description(recording))
-    _warn_about_lost(lost)
+    _print([*_description(recording), *_not_written(lost)])
     print(printable(f"verdict of {a.estimate}: {estimate.verdict}"))
     _print([f"warning: {line}" for line in replay.warnings])
     wrote(a.output)
     return exit_status(estimate.verdict)
 
 
-def _warn_about_lost(streams: tuple[str, ...]) -> None:
-    """Warn of streams that the output does not hold."""
-    if streams:
-        names = ", ".join(name.replace("_", " ") for name in streams)
-        _print([f"warning: not written, as the format cannot hold it: {names}"])
+def _not_written(streams: tuple[str, ...]) -> list[str]:
+    """A warning of streams that the output does not hold, if any."""
+    names = ", ".join(name.replace("_", " ") for name in streams)
+    what = f"warning: not written, as the format cannot hold it: {names}"
+    return [what] if names else []
 
 
 def _print(lines: list[str]) -> None:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from hefting.cli import render
 from hefting.cli.options import (
     ESTIMATE,
-    POSE,
     add_export,
+    add_shape,
     check_output,
     fill_inertia_of,
     read_estimate,
@@ -16,7 +16,7 @@ from hefting.cli.options import (
 from hefting.cli.parser import say, wrote
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.request.settings import pose_of, require_shape
+from hefting.request.settings import pose_of, require_shape, shape_of
 
 if TYPE_CHECKING:
     from hefting.export import Exported
@@ -43,17 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
     add_export(parser)
-    parser.add_argument(
-        "--shape",
-        metavar="FILE|box:X0,X1,Y0,Y1,Z0,Z1",
-        help="the object's, for --fill-inertia shape",
-    )
-    parser.add_argument("--unit", metavar="m|cm|mm|in", help="of its file; default m")
-    parser.add_argument(
-        "--object-pose",
-        metavar="POSE",
-        help=f"the file's frame in the sensor frame: {POSE}",
-    )
+    add_shape(parser.add_argument_group("the object's shape, for --fill-inertia shape"))
     parser.add_argument(
         "--output", metavar="FILE", help="write there instead of printing"
     )
@@ -62,7 +52,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
     from hefting.export import export
-    from hefting.shapes import load_shape
 
     a = arguments
     require_shape(a)
@@ -70,11 +59,11 @@ def run(arguments: argparse.Namespace) -> None:
         check_output(a.output, a)
         _check_suffix(a.output, a.to, a.into)
     flange = pose_of(a.sensor_pose_in_flange)
-    pose = pose_of(a.object_pose)
-    shape = load_shape(a.shape, a.unit, pose) if a.shape else None
+    shape = shape_of(a)
     fill = fill_inertia_of(a.fill_inertia, shape)
-    if a.shape and a.fill_inertia != "shape":
-        raise InputError("is for --fill-inertia shape", "--shape", "give that as well")
+    if shape is not None and a.fill_inertia != "shape":
+        what = "a shape is for --fill-inertia shape"
+        raise InputError(what, fix="give that as well")
     exported = export(
         read_estimate(a.estimate),
         a.to,

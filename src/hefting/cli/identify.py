@@ -5,7 +5,7 @@ import argparse
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hefting.cli import option_of, render
 from hefting.cli.options import (
@@ -112,7 +112,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 def add_reading(log: argparse._ActionsContainer) -> None:
     """Options on the part of the recording and its conventions."""
     add_part(log)
-    add_wrench(log, "auto, none, estimate, tare:START,END or a JSON file")
+    add_wrench(log, "auto, none, estimate, tare:START,END, six numbers or a JSON file")
     add_motion(log)
     add_gravity(log)
     add_sensor_accuracy(log)
@@ -157,6 +157,8 @@ def _formats() -> str:
 
 def run(arguments: argparse.Namespace) -> int:
     """Identify, write the outputs, and print the result; returns the exit status."""
+    from hefting.identification.truth import load_truth
+
     a = arguments
     require_shape(a)
     _check_outputs(a)
@@ -165,13 +167,16 @@ def run(arguments: argparse.Namespace) -> int:
         return _run_torques(a)
     reading = reading_of(a)
     flange = flange_of(a)
-    known = _truth(a.truth)
+    known = load_truth(a.truth) if a.truth else None
 
     with progress("identifying", a.json):
+        from hefting.identification import identify
+
         recording = _recordings(a)
         shape = shape_of(a)
         fill = fill_inertia_of(a.fill_inertia, shape)
-        found = _identify(a, recording, shape, reading)
+        asked = hyperparameters_of(a)
+        found = identify(recording, shape, method=a.method, **reading, **asked)
     comparison, estimates, best = _estimates(a, found)
     truth = known.parameters if known else None
     outputs = wanted(a, estimates[best])
@@ -193,11 +198,13 @@ def run(arguments: argparse.Namespace) -> int:
 def _run_torques(a: argparse.Namespace) -> int:
     """`run` with joint torques: without pictures, which show a wrench."""
     from hefting.cli.torques import identified as by_torques
+    from hefting.identification.truth import load_truth
 
     pictures = [path for path in a.output if is_picture(path)]
     if pictures:
         raise InputError("a picture shows a wrench", pictures[0], "leave it out")
-    known = _truth(a.truth)
+    flange = flange_of(a)
+    known = load_truth(a.truth) if a.truth else None
     with progress("identifying", a.json):
         shape = shape_of(a)
         fill = fill_inertia_of(a.fill_inertia, shape)
@@ -207,7 +214,6 @@ def _run_torques(a: argparse.Namespace) -> int:
     outputs = wanted(a, estimates[best])
     truth = known.parameters if known else None
     errors = _errors(known, estimates, shape)
-    flange = flange_of(a)
     written = write(outputs, estimates[best], flange, a.accept, fill)
     results = Results(estimates, best, None, truth, errors, written, ())
     return _print_results(a, results, outputs)
@@ -264,23 +270,6 @@ def _note_shape(
     return {k: replace(e, provenance=e.provenance | made) for k, e in estimates.items()}
 
 
-def _identify(
-    a: argparse.Namespace,
-    recording: "list[Recording]",
-    shape: "Shape | None",
-    reading: dict[str, Any],
-) -> "Comparison | Identification":
-    """The result of the chosen method, or of several."""
-    from hefting.identification import identify
-
-    settings = hyperparameters_of(a)
-    names = [name.strip() for name in (a.method or "").split(",")]
-    method: Any = None if a.method is None else names[0]
-    if len(names) > 1 or names[0].lower() == "all":
-        method = names
-    return identify(recording, shape, method=method, **reading, **settings)
-
-
 def _estimates(
     a: argparse.Namespace, found: "Comparison | Identification"
 ) -> "tuple[Comparison | None, dict[str, Estimate], str]":
@@ -291,14 +280,6 @@ def _estimates(
         return found, _note_shape(a, found.results), found.recommended
     name = found.estimate.method
     return None, _note_shape(a, {name: found.estimate}), name
-
-
-def _truth(path: str | None) -> "Truth | None":
-    if not path:
-        return None
-    from hefting.identification.truth import load_truth
-
-    return load_truth(path)
 
 
 def _check_outputs(a: argparse.Namespace) -> None:

@@ -42,7 +42,6 @@ from hefting.cli.report.live import display_of, no_answer
 from hefting.cli.report.results import Results, print_results
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.request.settings import (
-    bias_of,
     gravity_of,
     hyperparameters_of,
     require_shape,
@@ -320,8 +319,8 @@ def _request(a: argparse.Namespace) -> "Request":
     for option, is_given in (("--map", a.map), ("--speed", a.speed != 1.0)):
         if is_given and _is_live(a.source):
             raise InputError("is for logs only", option, "leave it out")
-    named = {role: getattr(a, f"{role}_topic") for role in ROLES}
-    topics = {role: name for role, name in named.items() if name}
+    named = ((role, getattr(a, f"{role}_topic")) for role in ROLES)
+    topics = {role: name for role, name in named if name}
     if a.urdf:
         topics.setdefault("pose", "none")
     return Request(
@@ -339,14 +338,10 @@ def _is_live(source: str) -> bool:
 
 def _settings(a: argparse.Namespace) -> dict[str, Any]:
     settings = hyperparameters_of(a)
-    settings |= {"gravity": gravity_of(a), "sign": a.wrench, "rate": a.rate}
-    settings["bias"] = bias_of(a.bias)
+    settings |= {"gravity": gravity_of(a), "sign": a.wrench}
+    settings |= {"rate": a.rate, "bias": a.bias, "tool": a.tool}
     if a.method is not None:
         settings["method"] = a.method
-    if a.tool:
-        from hefting.ingest.tool import load_tool
-
-        settings["tool"] = load_tool(a.tool)
     if _is_live(a.source):  # reading a log uses them already
         settings["robot"] = robot_of(a) if a.urdf else None
         settings["sensor_pose_in_log"] = sensor_pose_of(a)

@@ -305,28 +305,27 @@ def check_output(path: str, a: argparse.Namespace) -> None:
 
 def flange_of(a: argparse.Namespace) -> "Array | None":
     """The given pose (4, 4) of the sensor in the flange, or None; `InputError` where
-    nothing is written in flange axes."""
+    nothing is written."""
     from hefting.request.settings import pose_of
 
     flange = pose_of(a.sensor_pose_in_flange)
-    used = a.output or getattr(a, "report", None) or getattr(a, "export_to", None)
-    if flange is not None and not used:
-        what, fix = "is for files to write", "give --output FILE"
-        raise InputError(what, "--sensor-pose-in-flange", fix)
+    written = a.output, getattr(a, "report", None), getattr(a, "export_to", None)
+    if flange is not None and not any(written):
+        what = "is for files to write"
+        raise InputError(what, "--sensor-pose-in-flange", "give --output FILE")
     return flange
 
 
 def check_place(path: str) -> None:
-    """`InputError` for standard output, and an output in an absent folder."""
+    """`InputError` for standard output, and an output in a folder that is absent or
+    cannot be written."""
     if path == "-":
         raise InputError("is no name of a file", path, "choose another name")
-    if not Path(path).absolute().parent.is_dir():
+    folder = Path(path).absolute().parent
+    if not folder.is_dir():
         raise InputError("the folder does not exist", where=path)
-
-
-def is_same(path: str, other: str) -> bool:
-    """Whether two paths are of one file, also by links."""
-    return os.path.realpath(path) == os.path.realpath(other)
+    if not os.access(folder, os.W_OK):
+        raise InputError("the folder cannot be written", where=path)
 
 
 def add_shape(parser: argparse._ActionsContainer) -> None:

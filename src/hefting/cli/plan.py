@@ -5,7 +5,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli import render
+from hefting.cli import option_of, render
 from hefting.cli.options import (
     GRAVITY,
     add_json,
@@ -16,7 +16,7 @@ from hefting.cli.options import (
     check_output,
     read_estimate,
 )
-from hefting.cli.outputs import is_picture, print_object
+from hefting.cli.outputs import is_picture, no_output_format, print_object
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
@@ -189,8 +189,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
     for path in a.output:
         suffix = Path(path).suffix.lower()
         if suffix not in known:
-            what = f"'{suffix}' is not an output format"
-            raise InputError(what, path, f"use {', '.join(known)}")
+            raise no_output_format(path, known)
         if is_picture(path):
             picture_suffix(path)
         check_output(path, a)
@@ -212,17 +211,16 @@ def _plan(a: argparse.Namespace) -> "Plan":
 
     torques = _torques_of(a)
     noise, rate = _noise_of(a)
-    force, torque = _range_of(a.sensor_range)
-    start = None
-    if a.start is not None:
-        start = numbers(a.start, a.start.count(",") + 1, "--start")
+    force = torque = None
+    if a.sensor_range is not None:
+        force, torque = _positive(a.sensor_range, "--sensor-range", "100N,5Nm")
     given: dict[str, Any] = {
         "estimate": None if a.estimate is None else read_estimate(a.estimate),
         "shape": shape_of(a),
         "until": None if a.until is None else accuracy_of(a.until),
         "duration": a.duration,
         "speed": a.speed,
-        "start": start,
+        "start": None if a.start is None else numbers(a.start, None, "--start"),
         "noise": noise,
         "acceleration": _of_joints(a.acceleration, "--acceleration"),
         "jerk": _of_joints(a.jerk, "--jerk"),
@@ -260,33 +258,23 @@ def _noise_of(a: Any) -> "tuple[Noise | None, float]":
     rate of the samples [Hz]."""
     from hefting.core.measurements import Noise
 
-    rate = RATE if a.rate is None else a.rate
-    if a.sensor_noise is None:
-        if a.noise_from is None:
-            return None, rate
-        noise, own = _noise_of_recording(a)
-        return noise, own if a.rate is None else rate
+    noise, rate = None, RATE
+    if a.sensor_noise is not None:
+        noise = Noise(*_positive(a.sensor_noise, "--sensor-noise", "0.1N,5mNm"))
     if a.noise_from is not None:
-        what = "is given beside --noise-from"
-        raise InputError(what, "--sensor-noise", "leave one of them out")
-    kinds = "force", "torque"
-    force, torque = quantities(a.sensor_noise, kinds, "--sensor-noise", "0.1N,5mNm")
-    if not min(force, torque) > 0.0:
-        what = f"'{a.sensor_noise}' has no noise, and every sensor has some"
-        raise InputError(what, "--sensor-noise", "as in 0.1N,5mNm")
-    return Noise(force, torque), rate
+        if noise is not None:
+            what = "is given beside --noise-from"
+            raise InputError(what, "--sensor-noise", "leave one of them out")
+        noise, rate = _noise_of_recording(a)
+    return noise, rate if a.rate is None else a.rate
 
 
-def _range_of(text: str | None) -> tuple[float | None, float | None]:
-    """Largest force [N] and torque [N m] along each axis; None, None without limits."""
-    if text is None:
-        return None, None
-    kinds = "force", "torque"
-    force, torque = quantities(text, kinds, "--sensor-range", "100N,5Nm")
-    if not min(force, torque) > 0.0:
-        what = f"'{text}' is no range"
-        raise InputError(what, "--sensor-range", "as in 100N,5Nm")
-    return force, torque
+def _positive(text: str, option: str, example: str) -> tuple[float, ...]:
+    """Positive force [N] and torque [N m]."""
+    values = quantities(text, ("force", "torque"), option, example)
+    if not min(values) > 0.0:
+        raise InputError(f"'{text}' is not positive", option, f"as in {example}")
+    return values
 
 
 def _torques_of(a: Any) -> bool | float | list[float]:
@@ -299,9 +287,8 @@ def _torques_of(a: Any) -> bool | float | list[float]:
         return False
     for name in ("sensor_noise", "noise_from", "sensor_range"):
         if getattr(a, name) is not None:
-            option = f"--{name.replace('_', '-')}"
             what = "is of a wrench sensor, not for --torques"
-            raise InputError(what, option, "leave it out")
+            raise InputError(what, option_of(name), "leave it out")
     if a.shape is None and a.box is None:
         what = "joint torques hardly determine an inertia without a shape"
         raise InputError(what, "--torques", "give --shape FILE or --box")
@@ -313,7 +300,7 @@ def _of_joints(text: str | None, option: str) -> float | list[float] | None:
     """One number for all joints, or comma-separated numbers for each; None for None."""
     if text is None:
         return None
-    values = numbers(text, text.count(",") + 1, option)
+    values = numbers(text, None, option)
     return values[0] if len(values) == 1 else values
 
 

@@ -203,8 +203,7 @@ def _simulate_torques(a: argparse.Namespace) -> None:
 def _held(a: argparse.Namespace) -> "HeldObject":
     from hefting.simulation.scenario import named_object
 
-    count = a.density.count(",") + 1 if a.density else 0
-    densities = numbers(a.density, count, "--density") if a.density else ()
+    densities = numbers(a.density, None, "--density") if a.density else ()
     return named_object(a.object, densities, a.unit, pose_of(a.object_pose))
 
 

@@ -5,10 +5,11 @@ import argparse
 import json
 import shlex
 from collections.abc import Iterable
+from os.path import realpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli.options import check_place, is_same
+from hefting.cli.options import check_place
 from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError, printable
@@ -46,7 +47,7 @@ def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
     inputs = [*a.object.split(","), a.arm, *([a.object_pose] if a.object_pose else [])]
     for i, path in enumerate(outputs):
         check_place(path)
-        if any(is_same(path, name) for name in outputs[:i]):
+        if realpath(path) in map(realpath, outputs[:i]):
             what = "two results would have this name"
             raise InputError(what, path, "choose another name")
         if not Path(path).is_dir():  # the writer of a bag's folder refuses one

@@ -8,11 +8,11 @@ from hefting.cli import option_of
 from hefting.cli.options import part_of
 from hefting.cli.standard_input import input_file
 from hefting.core.errors import InputError
+from hefting.core.quantity import numbers
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
     from hefting.core.recording import Recording
-    from hefting.core.spatial import Array
     from hefting.shapes import Shape
 
 METHODS = "Bayes, GEO, LMI, OLS, PMD"
@@ -87,7 +87,7 @@ def identified(a: argparse.Namespace, shape: "Shape | None") -> "Estimate":
         a.sensor_frame,
         empty=[_read(a, log) for log in a.empty],
         arm=a.arm,
-        torque_gains=_gains(a.torque_gains),
+        torque_gains=a.torque_gains and numbers(a.torque_gains, None, "--torque-gains"),
         gravity=_gravity(a),
     )
     return found.estimate(shape, a.method, **hyperparameters_of(a))
@@ -103,7 +103,7 @@ def calibrate(a: argparse.Namespace) -> list[str]:
         [part_of(a, _read(a, a.log, a.poses))],
         a.urdf,
         a.sensor_frame,
-        torque_gains=_gains(a.torque_gains),
+        torque_gains=a.torque_gains and numbers(a.torque_gains, None, "--torque-gains"),
         gravity=_gravity(a),
     )
     save_arm(a.output, dynamics, runs)
@@ -141,23 +141,7 @@ def _read(a: argparse.Namespace, log: str, poses: str | None = None) -> "Recordi
         return logged(own, path, wrench_needed=False)
 
 
-def _gains(text: str | None) -> "Array | None":
-    import numpy as np
-
-    if text is None:
-        return None
-    try:
-        values = np.array([float(word) for word in text.split(",")])
-    except ValueError:
-        raise InputError(
-            f"'{text[:80]}' are no numbers", "--torque-gains", "as in 10,10,9,8,8,8"
-        ) from None
-    return values
-
-
-def _gravity(a: argparse.Namespace) -> "Array":
-    import numpy as np
-
+def _gravity(a: argparse.Namespace) -> tuple[float, ...]:
     from hefting.request.settings import gravity_of
 
     if a.gravity == "estimate":
@@ -166,4 +150,4 @@ def _gravity(a: argparse.Namespace) -> "Array":
             "--gravity estimate",
             "give X,Y,Z in the axes of the robot's base",
         )
-    return np.array(gravity_of(a).vector)
+    return gravity_of(a).vector

@@ -225,7 +225,9 @@ def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
         try:
             with os.fdopen(handle, "wb") as stream:
                 yield stream
-            os.chmod(temporary, _mode_of(target))
+            os.umask(umask := os.umask(0))
+            mode = target.stat().st_mode if target.exists() else 0o666 & ~umask
+            os.chmod(temporary, stat.S_IMODE(mode))
             os.replace(temporary, target)
         except BaseException:
             os.unlink(temporary)
@@ -236,30 +238,18 @@ def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
         ) from error
 
 
-def _mode_of(path: Path) -> int:
-    """Permissions of a file, or of a new one where there is none."""
-    if path.exists():
-        return stat.S_IMODE(os.stat(path).st_mode)
-    umask = os.umask(0)
-    os.umask(umask)
-    return 0o666 & ~umask
-
-
 def lock(handle: int) -> bool:
     """Lock an open file if no other has locked it; returns whether it is locked. The
     system unlocks it where it is closed."""
     try:
-        import fcntl
-    except ImportError:  # Windows
-        import msvcrt
+        if os.name == "nt":
+            import msvcrt
 
-        try:
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
-        except OSError:
-            return False
-        return True
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         return False
     return True

@@ -46,8 +46,10 @@ def quantity(text: str, kind: Kind) -> float:
     return float(match[1] + (match[2] or "")) * units[match[3]]
 
 
-def numbers(text: str, count: int, option: str) -> list[float]:
-    """`count` finite numbers between commas; else `InputError` names the option."""
+def numbers(text: str, count: int | None, option: str) -> list[float]:
+    """`count` finite numbers between commas, or any number of them; else `InputError`
+    names the option."""
+    count = text.count(",") + 1 if count is None else count
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:

@@ -100,7 +100,7 @@ class ByTorques:
         *,
         empty: Sequence[Recording | str | Path] = (),
         arm: str | Path | None = None,
-        torque_gains: Array | None = None,
+        torque_gains: ArrayLike | None = None,
         gravity: ArrayLike = STANDARD_GRAVITY,
     ) -> ByTorques:
         """Of recordings with the payload, and of the arm without it.
@@ -266,7 +266,7 @@ def calibrate_arm(
     urdf: str | Path,
     sensor_frame: str,
     *,
-    torque_gains: Array | None = None,
+    torque_gains: ArrayLike | None = None,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> tuple[JointDynamics, EmptyRuns, list[Message]]:
     """The arm alone, and messages; arguments and errors as for `ByTorques.of`."""

@@ -122,7 +122,8 @@ def identify(
         Pose of its frame in the sensor frame: a matrix, or x, y, z [m], qx, qy, qz, qw.
     method : str, Estimator or list of str, optional
         Name of an estimator (`hefting methods` lists them) or of a variant; a complete
-        estimator; or several names, or ``"all"``, for a comparison. By default Bayes.
+        estimator; or several names, also as ``"OLS,LMI"``, or ``"all"``, for a
+        comparison. By default Bayes.
     gravity : (3,), Gravity or "estimate"
         In world axes [m/s²], exactly known; `Gravity.at` a latitude; ``"estimate"``
         finds its direction, for a robot on a tilted base. By default standard gravity,
@@ -222,13 +223,13 @@ def _check_names(hyperparameters: dict[str, Any]) -> None:
     for name in hyperparameters:
         if name in of_methods:
             continue
-        meant = nearest(name, sorted(own | of_methods))
+        what = f"there is no argument '{name}'"
         for fix, names in INSTEAD.items():
             if name in names.split():
-                what = f"there is no argument '{name}'"
                 raise InputError(what, fix=fix.format(name))
+        meant = nearest(name, sorted(own | of_methods))
         if any(f"'{argument}'" in meant for argument in own):
-            raise InputError(f"there is no argument '{name}'{meant}")
+            raise InputError(what + meant)
 
 
 def sensor_pose_of(pose: Any, turned: str | None) -> Array | None:
@@ -244,7 +245,8 @@ def sensor_pose_of(pose: Any, turned: str | None) -> Array | None:
 def _names(method: Any) -> list[str] | None:
     """Names of several methods to compare; None for one method."""
     if isinstance(method, str):
-        return ["all"] if method.lower() == "all" else None
+        is_several = "," in method or method.lower() == "all"
+        return method.split(",") if is_several else None
     if not isinstance(method, Iterable):
         return None
     names = [m.__name__ if isinstance(m, type) else m for m in method]

@@ -4,6 +4,7 @@ estimate."""
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
@@ -175,10 +176,10 @@ def link_errors(dynamics: JointDynamics) -> Array:
     return (LINK_ERROR[0] * np.abs(arm) + LINK_ERROR[1] * arm[:, :1]).ravel()
 
 
-def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
+def of_gains(recording: Recording, gains: ArrayLike | None) -> list[Message]:
     """A warning of gains given for recorded torques, except a UR driver's."""
     is_torque = recording.has("joint_torques") and UR_JOINT not in recording.joint_names
-    if gains is None or not is_torque or np.all(gains == 1.0):
+    if gains is None or not is_torque or np.all(np.equal(gains, 1.0)):
         return []
     what = (
         f"{recording.source} says torque, which was multiplied by `torque_gains`: leave "

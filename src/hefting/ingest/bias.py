@@ -2,6 +2,7 @@
 in which nothing was held."""
 
 from dataclasses import replace
+from os.path import isfile
 from pathlib import Path
 
 import numpy as np
@@ -70,18 +71,16 @@ def load_bias(path: str | Path) -> Array | BiasOfEstimate:
     The file holds six numbers, with the sign of the recording, or a key ``bias``, as an
     estimate does. Raises `InputError` if it holds no six finite numbers.
     """
-    data, wrench = read_json(path), None
+    data = read_json(path)
+    data = data if isinstance(data, dict) else {"bias": data}
     try:
-        values = np.asarray(
-            data["bias"] if isinstance(data, dict) else data, dtype=float
-        )
-        if isinstance(data, dict):
-            wrench = (data.get("provenance") or {}).get("wrench")
+        values = np.asarray(data["bias"], dtype=float)
+        wrench = (data.get("provenance") or {}).get("wrench")
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         what = f"holds no bias ({str(error)[:80]})"
         fix = 'write {"bias": [fx,fy,fz,tx,ty,tz]}'
         raise InputError(what, where=path, fix=fix) from error
-    if isinstance(data, dict) and data["bias"] is None:
+    if data["bias"] is None:
         raise InputError("found no bias", path, "leave it out, or give `bias` none")
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError("a bias is six finite numbers [N, N m]", where=path)
@@ -98,13 +97,16 @@ def bias_of(
     file; of a tare its text. `InputError` for anything else."""
     if isinstance(given, BiasOfEstimate):
         return given
-    if isinstance(given, Path) or (isinstance(given, str) and given.endswith(".json")):
-        return load_bias(given)
-    if isinstance(given, str):
+    if isinstance(given, str | Path):
+        given = str(given)
         if given in MODELS or (given.startswith(TARE) and _times(given)):
             return given
-        fix = "use auto, none, estimate, tare:START,END, six numbers or a JSON file"
-        raise InputError(f"unknown bias model '{given}'", fix=fix)
+        if given.endswith(".json") or isfile(given):
+            return load_bias(given)
+        if "," not in given:
+            fix = "use auto, none, estimate, tare:START,END, six numbers or a JSON file"
+            raise InputError(f"unknown bias model '{given}'", "`bias`", fix)
+        given = numbers(given, 6, "`bias`")
     values = frozen(given)
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError(
@@ -115,9 +117,9 @@ def bias_of(
 
 def _times(text: str) -> list[float]:
     """Start and end [s] in the text of a tare."""
-    start, end = numbers(text.removeprefix(TARE), 2, "tare:START,END")
+    start, end = numbers(text.removeprefix(TARE), 2, "`bias` tare:START,END")
     if end < start:
-        raise InputError(f"'{text}' ends before it begins", fix="as in tare:0,2")
+        raise InputError(f"'{text}' ends before it begins", "`bias`", "as in tare:0,2")
     return [start, end]
 
 

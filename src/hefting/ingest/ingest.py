@@ -224,8 +224,8 @@ def _usable_samples(
     part = recording.slice(start, duration) if is_part else recording
     whole = with_mended_times(part, motion)
     usable = without_blank_wrench(without_faulty_poses(whole, motion))
-    bias = tared(bias, recording)
-    usable, given_bias = subtract_bias(without_stalled_wrench(usable), bias)
+    usable = without_stalled_wrench(usable)
+    usable, given_bias = subtract_bias(usable, tared(bias, recording))
     require_changing_wrench(usable)
     first = part.start - recording.start
     return _UsableSamples(whole, usable, given_bias, first, is_part)

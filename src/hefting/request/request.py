@@ -12,7 +12,6 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.identification import Identification, identify
 from hefting.request.settings import (
-    bias_of,
     gravity_of,
     hyperparameters_of,
     reading_of,
@@ -93,7 +92,7 @@ def given_options(options: Mapping[str, Any]) -> dict[str, Value]:
 
 def _typed(name: str, value: Any, kind: type) -> Value:
     """A value as the type of its option."""
-    if not isinstance(value, str | int | float | list | tuple):
+    if not isinstance(value, str | int | float | list | tuple | Path):
         what = f"is a {type(value).__name__}, not a text or a number"
         raise InputError(what, name, "give it as it is typed: the name of a file, say")
     if kind is bool:
@@ -134,12 +133,8 @@ def _names_file(name: str, value: str) -> bool:
     """Whether a value of an option in `FILES` names a file."""
     if name == "shape":
         return not value.lower().startswith("box:")
-    if name == "bias":
-        from hefting.ingest.bias import MODELS, TARE
-
-        return value not in MODELS and not value.startswith(TARE)
-    if name in ("object_pose", "sensor_pose_in_log"):
-        return "," not in value
+    if name in ("bias", "object_pose", "sensor_pose_in_log"):
+        return "," not in value and value not in ("auto", "none", "estimate")
     return True
 
 
@@ -173,6 +168,7 @@ def check_request(request: SimpleNamespace) -> None:
     Options that only lack another one, as a hull without a shape, pass.
     """
     from hefting.estimators import method_named
+    from hefting.ingest.bias import bias_of
     from hefting.ingest.ingest import check_convention
     from hefting.motion.measure import check_source
 

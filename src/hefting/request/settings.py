@@ -4,7 +4,6 @@ it is read, the object's shape, and the hyperparameters of a method."""
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.core.errors import InputError
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
     from hefting.core.spatial import Array
-    from hefting.ingest.bias import BiasOfEstimate
     from hefting.robots import Robot
     from hefting.shapes import Shape
 
@@ -75,6 +73,7 @@ def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
 
 def reading_of(a: Any) -> dict[str, Any]:
     """Arguments of `hefting.identify` for reading recordings."""
+    from hefting.ingest.bias import bias_of
     from hefting.ingest.tool import load_tool
 
     return {
@@ -86,23 +85,6 @@ def reading_of(a: Any) -> dict[str, Any]:
         "duration": a.duration,
         "tool": load_tool(a.tool) if a.tool else None,
     }
-
-
-def bias_of(text: str) -> "str | Array | BiasOfEstimate":
-    """A bias model's name, a tare, or the content of a file: six numbers, or the bias of
-    an estimate."""
-    from hefting.ingest.bias import MODELS, TARE, bias_of, load_bias
-
-    if text in MODELS or text.startswith(TARE):
-        with _naming("--bias tare:START,END"):
-            return bias_of(text)
-    if not Path(text).exists():
-        raise InputError(
-            f"no file '{text}'",
-            "--bias",
-            "use auto, none, estimate, tare:START,END or a JSON file",
-        )
-    return load_bias(text)
 
 
 def hyperparameters_of(a: Any) -> dict[str, Any]:
@@ -175,16 +157,14 @@ ABOUT_SHAPES = (
 
 
 def require_shape(a: Any) -> None:
-    """`InputError` where options of a shape are given without a shape; a command need not
-    have all of them."""
+    """`InputError` where options of a shape are given without a shape."""
     given = {name for name, value in vars(a).items() if value is not None}
     if given & {"shape", "box"}:
         return
     for name in ABOUT_SHAPES:
         if name in given:
             option = "--" + name.replace("_", "-")
-            box = " or --box X,Y,Z" if hasattr(a, "box") else ""
-            fix = f"give --shape FILE{box}, or leave it out"
+            fix = "give --shape FILE or --box X,Y,Z, or leave it out"
             raise InputError("there is no shape", option, fix)
 
 

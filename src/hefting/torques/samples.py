@@ -13,6 +13,7 @@ from dataclasses import fields, replace
 from typing import Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
@@ -164,7 +165,7 @@ LEAST_TURN = 0.02
 
 
 def samples_of(
-    recording: Recording, dynamics: JointDynamics, gains: Array | None = None
+    recording: Recording, dynamics: JointDynamics, gains: ArrayLike | None = None
 ) -> TorqueSamples:
     """Motion and torques of the joints of `dynamics` in a recording.
 
@@ -199,7 +200,7 @@ def still_joints(
     return (warning("joint-still", what),)
 
 
-def _torques(recording: Recording, gains: Array | None) -> str:
+def _torques(recording: Recording, gains: ArrayLike | None) -> str:
     """Name of the stream of torques or of currents with gains; `InputError` without."""
     source = recording.source
     if recording.has("joint_torques"):
@@ -225,7 +226,7 @@ def _torques(recording: Recording, gains: Array | None) -> str:
     )
 
 
-def _checked(gains: Array, joints: int, source: str) -> Array:
+def _checked(gains: ArrayLike, joints: int, source: str) -> Array:
     """Gains (n,) or (1,); `InputError` for another number, a zero or no finite one."""
     values = np.atleast_1d(np.asarray(gains, dtype=float))
     if values.shape not in ((1,), (joints,)) or not np.isfinite(values).all():
