@@ -59,13 +59,12 @@ class SmoothedPoses:
         )
         return motion_from_pieces(at, pieces)
 
-    def lasting_variances(self, time: Array) -> Array:
+    def acceleration_variances(self, time: Array) -> Array:
         """(2, L) error variances of linear and angular acceleration along one axis at
-        times (L,) [s], without those at jumps: those of
-        `hefting.motion.state.lasting_variances`."""
+        times (L,) [s]: those of `hefting.motion.state.acceleration_variances`."""
         curves = (self.position, self.orientation)
         linear, angular = (
-            np.zeros(len(time)) if each is None else each.lasting_variance(time)
+            np.zeros(len(time)) if each is None else each.acceleration_variance(time)
             for each in curves
         )
         return np.stack((linear, 4.0 * angular))

@@ -138,9 +138,8 @@ class Motion:
 
     @property
     def noise(self) -> MotionNoise:
-        """Root-mean-square errors of the accelerations, without jumps, and their
-        correlation time."""
-        linear, angular = np.sqrt(lasting_variances(self).mean(axis=1))
+        """Root-mean-square errors of the accelerations, and their correlation time."""
+        linear, angular = np.sqrt(acceleration_variances(self).mean(axis=1))
         return MotionNoise(float(linear), float(angular), float(np.pi / self.bandwidth))
 
 

@@ -43,6 +43,7 @@ from hefting.ingest.rivals.evidence import (
     is_hopeless,
     mean_square,
     missing,
+    missing_by_motion,
     unexplained_share,
 )
 from hefting.ingest.rivals.explanation import (
@@ -339,6 +340,8 @@ def _is_named(case: Case, given: Explanation, other: Explanation) -> bool:
     if after > LARGEST_WORSENING * as_recorded:
         return False
     left, before = missing(case, other.fitted), missing(case, given.fitted)
+    if before < CLEAR_UNEXPLAINED and before - left < missing_by_motion(case):
+        return False
     explains_part = left < (1.0 - EXPLAINED_BESIDE_OTHERS) * before
     if other.of_many_laws and log_odds > OVERWHELMING_EVIDENCE:
         return explains_part
