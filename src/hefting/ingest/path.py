@@ -276,7 +276,7 @@ def _read_poses(
         (acceleration,) = poses.position.derivatives(time, (2,))
         a = np.einsum("ijk,jk->ik", world, acceleration)
         if spread:
-            variances = poses.acceleration_variances(time)
+            variances = poses.lasting_variances(time)
     rows, known = _reading_rows(a, w, alpha, world)
     return rows, np.where(known, variances, 0.0), known
 
@@ -323,7 +323,7 @@ def _read_specific_force(
     rows, known = _reading_rows(f.T, *_read_orientation(poses, time))
     variances = np.zeros((2, len(time)))
     if spread:
-        variances = poses.acceleration_variances(time)
+        variances = poses.lasting_variances(time)
     variances[0] = accelerometer_std**2
     return rows, np.where(known, variances, 0.0), known
 

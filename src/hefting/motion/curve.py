@@ -271,12 +271,15 @@ class Curve:
         std = np.vstack((std, self._jump_spread(index, u)))
         return np.where(covered, std, np.inf)
 
-    def acceleration_variance(self, at: Array) -> Array:
-        """(L,) error variance of the second derivative at times (L,) [s], that at jumps
-        included; infinite outside the segments."""
+    def lasting_variance(self, at: Array) -> Array:
+        """(L,) error variance of the second derivative at times (L,) [s], without that
+        at jumps; infinite outside the segments."""
         index, u, covered = self.knots.locate(at)
-        variance = self._variances(index, u, (2,))[0] + self._jump_spread(index, u) ** 2
-        return np.where(covered, variance, np.inf)
+        return np.where(covered, self._variances(index, u, (2,))[0], np.inf)
+
+    def jump_variance(self, at: Array) -> Array:
+        """(L,) variance that jumps add to that of the second derivative."""
+        return self._jump_spread(*self.knots.locate(at)[:2]) ** 2
 
     def _basis(self, u: Array, orders: tuple[int, ...]) -> Array:
         """(n, 6, L) derivatives by time of n `orders` of the basis functions in effect,

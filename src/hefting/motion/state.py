@@ -24,6 +24,10 @@ from hefting.core.spatial import (
 
 NEXT, BEFORE = np.array((1, 2, 0)), np.array((2, 0, 1))
 """Indices of the next axis, and of the one before."""
+UNLIKE_AT_JUMPS = 0.25
+"""Share of the errors' variance at a jump that linear and angular acceleration do not have
+in common, as both are rounded there: ((r - 1) / (r + 1))² where one is r = 3 times as
+slow. Where both tell the same of a body, only that would tell more."""
 
 
 @immutable
@@ -138,8 +142,11 @@ class Motion:
 
     @property
     def noise(self) -> MotionNoise:
-        """Root-mean-square errors of the accelerations, and their correlation time."""
-        linear, angular = np.sqrt(acceleration_variances(self).mean(axis=1))
+        """Root-mean-square errors of the accelerations, less what both have in common at
+        jumps, and their correlation time."""
+        whole, lasting = acceleration_variances(self), lasting_variances(self)
+        variances = UNLIKE_AT_JUMPS * whole + (1.0 - UNLIKE_AT_JUMPS) * lasting
+        linear, angular = np.sqrt(variances.mean(axis=1))
         return MotionNoise(float(linear), float(angular), float(np.pi / self.bandwidth))
 
 

@@ -149,7 +149,10 @@ class Case:
         if parameters is None:
             return case
         reading = path.at(case.time - offset)
-        excess = excess_variance(parameters, reading.variances, *case.floor)
+        variances = reading.variances
+        if path.curves is not None:  # mistakes imitate what smoothing leaves at jumps
+            variances = variances + path.curves.alone.jump_variances(reading.time)
+        excess = excess_variance(parameters, variances, *case.floor)
         lasting = samples_per_error(case.time, path.bandwidth)
         worth, known = 1.0 / (1.0 + lasting * excess), reading.known
         if not worth[known].any():
