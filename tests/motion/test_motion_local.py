@@ -107,9 +107,6 @@ def test_lasting_errors_and_those_of_jumps_make_the_whole():
     np.testing.assert_allclose(  # rounding
         lasting_variances(found) + jump, acceleration_variances(found), rtol=1e-9
     )
-    np.testing.assert_allclose(  # rounding
-        fitted(log).jump_variances(motion.time), jump, rtol=1e-9
-    )
     near = np.abs(motion.time[:, None] - jumps).min(axis=1) < 0.01
     assert (jump[:, near].mean(axis=1) > 10.0 * jump[:, ~near].mean(axis=1)).all()
 

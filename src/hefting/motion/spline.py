@@ -8,7 +8,7 @@ a penalised quintic spline of most likely bandwidth, noise level and order
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,15 +63,12 @@ class SmoothedPoses:
         """(2, L) error variances of linear and angular acceleration along one axis at
         times (L,) [s], without those at jumps: those of
         `hefting.motion.state.lasting_variances`."""
-        return self._of_both(lambda curve: curve.lasting_variance(time), len(time))
-
-    def jump_variances(self, time: Array) -> Array:
-        """(2, L) variances that jumps add to these."""
-        return self._of_both(lambda curve: curve.jump_variance(time), len(time))
-
-    def _of_both(self, variance: Callable[[Curve], Array], count: int) -> Array:
-        linear = np.zeros(count) if self.position is None else variance(self.position)
-        return np.stack((linear, 4.0 * variance(self.orientation)))
+        curves = (self.position, self.orientation)
+        linear, angular = (
+            np.zeros(len(time)) if each is None else each.lasting_variance(time)
+            for each in curves
+        )
+        return np.stack((linear, 4.0 * angular))
 
     def covers(self, time: Array) -> Mask:
         """(L,) times [s] at which the motion is known: inside, and not in a long

@@ -27,12 +27,12 @@ from hefting.estimators.bayes.prior import Placed, Prior, prior_of
 from hefting.shapes import Shape
 
 SMALLEST_PRIOR_SCALE = 0.2
-"""Lower bound of the prior's mass over the rough mass: it keeps light objects from
-shrinking to zero."""
+"""Lower bound of the prior's mass over the rough mass; without, light objects shrink to
+zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound of the prior's mass over the rough mass."""
 UNCHANGED_SCALE = 0.005
-"""Relative change of the prior's mass up to which the prior counts as unchanged."""
+"""Relative change of the prior's mass that counts as none."""
 MUCH_LIKELIER = 8.0
 """Gain in log evidence (`Passes.likeliest_way`) above which another way to give the
 shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with
@@ -91,14 +91,13 @@ class Pass:
 
     @cached_property
     def tells_mass(self) -> bool:
-        """Whether the mass exceeds its standard deviation; else the next pass has the
-        prior of this one, as the prior would follow a mass that nothing holds."""
+        """Whether the mass exceeds its standard deviation; else the next pass keeps this
+        one's prior."""
         return bool(self.mixture.mean[0] > self.mixture.mass_std)
 
     @cached_property
     def center(self) -> Array:
-        """(3,) [m] centre of mass of this posterior; that of the prior where the mass is
-        not told."""
+        """(3,) [m] centre of mass, that of the prior if the mass is not told."""
         mean = self.mixture.mean
         return mean[1:4] / mean[0] if self.tells_mass else self.com
 

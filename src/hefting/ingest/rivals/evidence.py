@@ -178,8 +178,8 @@ def missing(case: Case, fitted: RobustRows) -> float:
 
 
 def missing_by_motion(case: Case) -> float:
-    """Log-likelihood that errors of the motion cost a sample on average. What they leave
-    resembles many a small mistake where the body turns about one axis only."""
+    """Mean log-likelihood of a sample that errors of the motion cost. On turns about one
+    axis what they leave resembles many a mistake."""
     worth = case.worth[case.worth > 0.0]
     return float(np.average(4.5 * np.log((1.0 + 2.0 / worth) / 3.0), weights=worth))
 
