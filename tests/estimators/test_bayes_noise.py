@@ -169,13 +169,17 @@ def test_a_gain_of_a_time_scale_is_what_errors_of_the_motion_do_not_explain():
 # passes
 
 
-def test_a_posterior_has_a_centre_from_a_tenth_of_the_prior_s_mass_on():
+def test_a_posterior_has_a_centre_where_its_mass_exceeds_its_deviation():
     com = np.zeros(3)
-    center = cast(Any, Pass.__dict__["center"]).func
-    for mass, told in ((0.19, False), (0.21, True), (-1.0, False)):
+    center, told = (
+        cast(Any, Pass.__dict__[name]).func for name in ("center", "tells_mass")
+    )
+    for mass, is_told in ((0.19, False), (0.21, True), (-1.0, False)):
         mean = np.append(mass, np.full(9, 0.1))
-        found = SimpleNamespace(mixture=SimpleNamespace(mean=mean), scale=2.0, com=com)
-        expected = np.full(3, 0.1 / mass) if told else com
+        mixture = SimpleNamespace(mean=mean, mass_std=0.2)
+        assert told(SimpleNamespace(mixture=mixture)) == is_told
+        found = SimpleNamespace(mixture=mixture, tells_mass=is_told, com=com)
+        expected = np.full(3, 0.1 / mass) if is_told else com
         np.testing.assert_array_equal(center(found), expected)
 
 

@@ -42,6 +42,7 @@ NO_DOUBT = frozenset(
         "messages-unordered",
         "messages-unreadable",
         "messages-unstamped",
+        "rows-conflicting",
         "no-time-column",
         "pose-constant",
         "poses-invalid",

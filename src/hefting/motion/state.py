@@ -24,6 +24,9 @@ from hefting.core.spatial import (
 
 NEXT, BEFORE = np.array((1, 2, 0)), np.array((2, 0, 1))
 """Indices of the next axis, and of the one before."""
+UNLIKE_AT_JUMPS = 0.25
+"""Share of the variance at jumps that the errors of linear and angular acceleration do not
+have in common: ((r - 1) / (r + 1))² if one is rounded over r = 3 times as long."""
 
 
 @immutable
@@ -60,9 +63,8 @@ class Motion:
     linear_acceleration_std: Array | None = None
     """(K,) m/s²."""
     linear_jump_std: Array | None = None
-    """(K,) m/s², the part of `linear_acceleration_std` that is due to jumps of the
-    acceleration, which a smooth curve rounds. These errors have opposite signs before
-    and after the jump and cancel in an average over it. None for none."""
+    """(K,) m/s², the part of `linear_acceleration_std` by jumps of the acceleration, which
+    a smooth curve rounds (`lasting_variances`). None for none."""
     angular_jump_std: Array | None = None
     """(K,) rad/s², the same part of `angular_acceleration_std`."""
 
@@ -138,9 +140,11 @@ class Motion:
 
     @property
     def noise(self) -> MotionNoise:
-        """Root-mean-square errors of the accelerations, without jumps, and their
-        correlation time."""
-        linear, angular = np.sqrt(lasting_variances(self).mean(axis=1))
+        """Root-mean-square errors of the accelerations, less those at jumps that both
+        have in common, and their correlation time."""
+        both = lasting_variances(self), acceleration_variances(self)
+        variances = (1.0 - UNLIKE_AT_JUMPS) * both[0] + UNLIKE_AT_JUMPS * both[1]
+        linear, angular = np.sqrt(variances.mean(axis=1))
         return MotionNoise(float(linear), float(angular), float(np.pi / self.bandwidth))
 
 
@@ -157,9 +161,9 @@ def acceleration_variances(motion: Motion) -> Array:
 def lasting_variances(motion: Motion) -> Array:
     """`acceleration_variances` without the part of jumps.
 
-    The errors of a smooth curve before and after a jump are opposite and cancel in sums
-    over the samples. Weights by the full variance would suppress one side or the other:
-    on trapezoids at 500 Hz they double the inertia's error.
+    A smooth curve's errors before and after a jump are opposite and cancel in sums over
+    the samples. Weights by the full variance would suppress one side or the other: on
+    trapezoids at 500 Hz they double the inertia's error.
     """
     variances = acceleration_variances(motion)
     for row, jump in enumerate((motion.linear_jump_std, motion.angular_jump_std)):

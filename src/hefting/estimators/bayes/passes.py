@@ -31,10 +31,7 @@ SMALLEST_PRIOR_SCALE = 0.2
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound of the prior's mass over the rough mass."""
 UNCHANGED_SCALE = 0.005
-"""Relative change of the prior's mass up to which the prior counts as unchanged."""
-SMALLEST_CENTERED_MASS = 0.1
-"""Least mass of a posterior's mean, over the prior's, for its centre of mass to be
-used."""
+"""Relative change of the prior's mass that counts as none."""
 MUCH_LIKELIER = 8.0
 """Gain in log evidence (`Passes.likeliest_way`) above which another way to give the
 shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with
@@ -91,13 +88,16 @@ class Pass:
         return float(np.abs(self.scores - self.placed.scores).max(initial=0.0))
 
     @cached_property
+    def tells_mass(self) -> bool:
+        """Whether the mass exceeds its standard deviation; else the next pass keeps this
+        one's prior."""
+        return bool(self.mixture.mean[0] > self.mixture.mass_std)
+
+    @cached_property
     def center(self) -> Array:
-        """(3,) [m] centre of mass of this posterior; that of the prior if it has hardly
-        any mass."""
+        """(3,) [m] centre of mass, that of the prior if the mass is not told."""
         mean = self.mixture.mean
-        if not mean[0] > SMALLEST_CENTERED_MASS * self.scale:
-            return self.com
-        return mean[1:4] / mean[0]
+        return mean[1:4] / mean[0] if self.tells_mass else self.com
 
     @property
     def scores(self) -> Array:
@@ -125,14 +125,16 @@ class Passes:
             if phi[0] > 0.0:
                 com = phi[1:4] / phi[0]
         placed = self.prior.about(np.zeros(len(self.prior.distortions.shifts)), com)
-        return self._pass(
-            placed, self.prior.mean[1:4] if com is None else com, phi, None
-        )
+        com = self.prior.mean[1:4] if com is None else com
+        noise = self.source.found(phi, None)
+        return self._posterior(placed, com, self._scale(phi), noise, 1.0)
 
     def next(self, last: Pass, scores: Array) -> Pass:
         """The next pass, about the COM of `last` and the distortion `scores` (d,)."""
         placed = self.prior.about(scores, last.center)
-        return self._pass(placed, last.center, last.measured, last.noise)
+        noise = self.source.found(last.measured, last.noise)
+        scale = self._scale(last.measured) if last.tells_mass else last.scale
+        return self._posterior(placed, last.center, scale, noise, 1.0)
 
     def again(self, found: Pass) -> Pass | None:
         """The first pass in place of the second, if that would have the same prior and
@@ -235,12 +237,6 @@ class Passes:
             max(float(phi[0]), SMALLEST_PRIOR_SCALE * rough),
             LARGEST_PRIOR_SCALE * rough,
         )
-
-    def _pass(
-        self, placed: Placed, com: Array, phi: Array, before: NoiseFound | None
-    ) -> Pass:
-        noise = self.source.found(phi, before)
-        return self._posterior(placed, com, self._scale(phi), noise, 1.0)
 
     def _posterior(
         self,

@@ -14,6 +14,7 @@ from hefting.ingest.blocks import Blocks
 from hefting.ingest.channels import rounding_error
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path
+from hefting.motion.state import acceleration_variances
 from hefting.motion.weighting import excess_variance, samples_per_error
 
 MOST_BLOCKS = 250
@@ -49,7 +50,7 @@ FINE_OFFSETS = 0.005 * np.array((-2.0, -1.0, 0.0, 1.0, 2.0))
 """[s] Clock offsets about the best of the coarse ones."""
 ANOTHER_POSE = 0.1
 """Change of gravity in sensor axes, relative to its size, between two rests: six
-degrees. Within a rest it is a thousand times less."""
+degrees."""
 
 
 @immutable
@@ -93,8 +94,8 @@ class Case:
     consecutive: tuple[Array, Array]
     """times (B,) [s] and wrenches (B, 6) of the first averages, without gaps"""
     worth: Array
-    """(K,) weight of each average by the errors of the logged motion, as in
-    `hefting.motion.weighting.sample_weights`; the same for all explanations"""
+    """(K,) weight of each average by all errors of the logged motion, as in
+    `hefting.motion.weighting`; the same for all explanations"""
     sensor_errors: float = TYPICAL_SHARE
     """of the sensor that are no mistake, as a share of its ranges"""
     few_offsets: tuple[float, ...] = ()
@@ -149,7 +150,11 @@ class Case:
         if parameters is None:
             return case
         reading = path.at(case.time - offset)
-        excess = excess_variance(parameters, reading.variances, *case.floor)
+        variances = reading.variances
+        if path.curves is not None:  # with those at jumps, which a mistake may explain
+            smoothed = path.curves.alone.at(reading.time)
+            variances = np.maximum(variances, acceleration_variances(smoothed))
+        excess = excess_variance(parameters, variances, *case.floor)
         lasting = samples_per_error(case.time, path.bandwidth)
         worth, known = 1.0 / (1.0 + lasting * excess), reading.known
         if not worth[known].any():
