@@ -43,9 +43,11 @@ CHECKED_STRETCH, CHECKED_STRETCHES = 100, 50
 """Number of samples in a stretch, and of stretches, of a long recording that show
 whether the noise is white, and whether values were interpolated."""
 SMOOTHER_THAN_MODEL = 0.72
-"""Factor on the variance due to smoothing, (2k + 1)/(2m) of that of the k-th derivative,
-if the highest order is the most likely one: errors of random smooth motion's accelerations
-were 0.71 to 0.83 of the model's deviations."""
+"""Factor on the variance due to smoothing if the highest order is the most likely one,
+as the motion is then smoother than the model. Smoothing makes (2k + 1)/(2m) of the
+variance of the k-th derivative. Measured on random smooth motion of 0.5 to 1.8 rad/s at
+100 and 500 Hz, where the accelerations' errors were 0.71 to 0.83 of the model's
+standard deviations."""
 
 
 UNRESOLVED = 0.5

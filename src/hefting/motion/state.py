@@ -63,8 +63,9 @@ class Motion:
     linear_acceleration_std: Array | None = None
     """(K,) m/s²."""
     linear_jump_std: Array | None = None
-    """(K,) m/s², the part of `linear_acceleration_std` by jumps of the acceleration, which
-    a smooth curve rounds (`lasting_variances`). None for none."""
+    """(K,) m/s², the part of `linear_acceleration_std` that is due to jumps of the
+    acceleration, which a smooth curve rounds. These errors have opposite signs before
+    and after the jump and cancel in an average over it. None for none."""
     angular_jump_std: Array | None = None
     """(K,) rad/s², the same part of `angular_acceleration_std`."""
 
@@ -161,9 +162,9 @@ def acceleration_variances(motion: Motion) -> Array:
 def lasting_variances(motion: Motion) -> Array:
     """`acceleration_variances` without the part of jumps.
 
-    A smooth curve's errors before and after a jump are opposite and cancel in sums over
-    the samples. Weights by the full variance would suppress one side or the other: on
-    trapezoids at 500 Hz they double the inertia's error.
+    The errors of a smooth curve before and after a jump are opposite and cancel in sums
+    over the samples. Weights by the full variance would suppress one side or the other:
+    on trapezoids at 500 Hz they double the inertia's error.
     """
     variances = acceleration_variances(motion)
     for row, jump in enumerate((motion.linear_jump_std, motion.angular_jump_std)):

@@ -49,8 +49,9 @@ def sample_weights(
     force_std [N], torque_std [N m]: the wrench's noise per axis
 
     With M = S_w^-1 (fs/wc) E S_k E', the weight is 1/(1 + tr(M)/6): one scalar, so that
-    the weighted samples still reduce to 22. With tr((I + M)^-1)/6 least squares is much
-    worse.
+    the weighted samples still reduce to 22. Least squares with it is a little better
+    than with det(I + M)^(-1/6), and much better than with tr((I + M)^-1)/6; the largest
+    eigenvalue of M serves as well.
 
     Raises `InputError` for noise levels that are not positive.
     """

@@ -50,7 +50,7 @@ FINE_OFFSETS = 0.005 * np.array((-2.0, -1.0, 0.0, 1.0, 2.0))
 """[s] Clock offsets about the best of the coarse ones."""
 ANOTHER_POSE = 0.1
 """Change of gravity in sensor axes, relative to its size, between two rests: six
-degrees."""
+degrees. Within a rest it is a thousand times less."""
 
 
 @immutable

@@ -34,8 +34,8 @@ NOTICED_MULTIPLE = 8.0
 """Residual of the torque over what noise and a sensor's errors leave, from which on the
 answer is in doubt too. On those recordings it is at most 5.4."""
 CLEAR_OF_NOISE = 1.3
-"""Factor on the noise with which both must hold: averages of slightly coloured noise
-have more than their differences show."""
+"""Factor on the noise with which both must still hold: averages of slightly coloured
+noise have more of it than their differences show."""
 STATIC_FACTOR = 2.0
 """Factor on both for static poses, whose noise counts as unexplained, as one sample per
 second does not show it."""

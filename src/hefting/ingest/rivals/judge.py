@@ -82,8 +82,8 @@ CLEAR_EVIDENCE = 12.0
 POSSIBLE_EVIDENCE = 5.0
 """`evidence` from which on a mistake may be named."""
 LEAST_WORTH = 0.3
-"""Smallest share of the samples that counts: errors of a motion in a wrong unit are
-overestimated."""
+"""Smallest share of the samples that counts, however large the errors of the motion are:
+in a wrong unit of the motion they are overestimated."""
 EXPLAINED_SHARE = 0.5
 """Share of what is unexplained that a mistake must explain to be named."""
 EXPLAINED_IF_WHITE = 1.0 / 3.0
@@ -95,16 +95,16 @@ part; with three real sensors it is below 27."""
 EXPLAINED_BESIDE_OTHERS = 0.2
 """Share that such a mistake must explain, and so must one of static poses, or a drift."""
 EXPLAINED_BY_NOISE = -0.3
-"""Missing log-likelihood per sample below which no mistake is tried, as noise, such as of an
-arm that vibrates, hides it."""
+"""Missing log-likelihood per sample below which no mistake is tried, as the noise is larger
+than the residuals, as where an arm vibrates, and hides a sensor's imperfections."""
 BOUND_MARGIN = 0.9
 """Factor on what free channels leave unexplained that makes it a lower bound for mistakes
 that are linear in the motion, as their clock offset is found to half a millisecond. With
-three real sensors they left at most 0.77 of the limit where one was named."""
+three real sensors free channels left at most 0.77 of the limit where one was named."""
 LARGEST_WORSENING = 2.0
 """Ratio of the mean squares of all residuals, with a mistake and as given, up to which it
-is named: of true ones it is at most 1.03, of weaker accelerations, which leave hard
-braking, 4."""
+is named. Of true ones it is at most 1.03; weaker accelerations, by which the usual samples
+are explained if hard braking is not, have 4."""
 NEARLY = 0.9
 """Share of what the best mistake explains that a much simpler one must explain to be
 named in its place."""

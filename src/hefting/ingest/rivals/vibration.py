@@ -13,7 +13,7 @@ from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import fit_as_given
 
 LOWEST_FREQUENCY = 3.0
-"""[Hz] Below it arms move and liquids swing."""
+"""[Hz] Below it arms with an object move, and liquids in it swing."""
 BAND = 0.1
 """Half width of a vibration's band relative to its frequency."""
 LEAST_SHARE = 0.5
