@@ -6,6 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from hefting.core.spatial import Array
 from hefting.ingest.rivals import consequence
 from hefting.ingest.rivals.consequence import _changes, doubt_of
 from hefting.ingest.rivals.judge import Judged
@@ -24,6 +25,7 @@ def said(
     whole: bool = False,
     unexplained: float = 0.5,
     tool: bool = False,
+    answer: Array | None = None,
     **other: Any,
 ):
     """Of a mistake that makes 2 kg into another body."""
@@ -44,7 +46,7 @@ def said(
     judged = Judged(unexplained, cast(Any, named), cast(Any, given), certain, whole)
     monkeypatch.setattr(consequence, "judge", lambda case: judged)
     case = SimpleNamespace(path=SimpleNamespace(moves=True), noise=np.zeros(2))
-    case.floor = np.ones(2)
+    case.floor, case.parameters = np.ones(2), answer
     monkeypatch.setattr(consequence.Vibration, "of", lambda case: None)
     return doubt_of(cast(Any, case), with_tool=tool)
 
@@ -76,6 +78,20 @@ def test_a_mistake_is_fatal_by_what_it_does_to_mass_and_com(
     grave = said(monkeypatch, body(2.0), is_grave=True)
     assert grave.is_fatal
     assert not said(monkeypatch, body(2.0), is_grave=True, certain=False).is_fatal
+
+
+def test_a_filter_is_fatal_too_by_what_it_does_to_the_answer(monkeypatch):
+    """A filter of 4 Hz and a trembling hand: corrected for the filter, the search's own
+    fit had the mass, and the answer was 24 to 54 % light, *usable with care*."""
+    filtered = {"answer": body(1.5), "code": "wrench-filtered"}
+    for how, fatal in (
+        (filtered, True),
+        (filtered | {"answer": body(2.0)}, False),
+        (filtered | {"code": "play"}, False),  # nothing is corrected
+    ):
+        found = said(monkeypatch, body(2.0), **how)
+        assert found.is_fatal is fatal
+        assert str(found.message).endswith("(it would have 2 kg)") is fatal
 
 
 def test_effects_are_told_that_are_large(monkeypatch):

@@ -105,6 +105,8 @@ class Case:
     up"""
     more_knots: int = 0
     """of the bias, beyond the usual number for the recording's length"""
+    parameters: Array | None = None
+    """(10,) of the object that conditioning found, if any"""
     _late: dict[tuple[float, ...], Motion] = field(default_factory=dict, init=False)
     """Motion by clock offsets, as many explanations use the same ones."""
 
@@ -146,6 +148,7 @@ class Case:
             biased,
             (time[:COLOUR_AVERAGES], values[:COLOUR_AVERAGES]),
             np.ones(len(time[::step])),
+            parameters=parameters,
         )
         if parameters is None:
             return case

@@ -12,6 +12,7 @@ from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import unexplained_share
 from hefting.ingest.rivals.explanation import Explanation
 from hefting.ingest.rivals.judge import Judged
+from hefting.ingest.rivals.timing import FILTERED
 from hefting.ingest.rivals.two_mistakes import judge, judge_alone
 from hefting.ingest.rivals.vibration import Vibration
 
@@ -133,9 +134,8 @@ def doubt_of(
         return None
     judged = judge(case) if pairs else judge_alone(case)
     if judged.named is not None and not _is_negligible(judged, judged.named):
-        message, second = _named(
-            judged, judged.named, "object and tool" if with_tool else "it"
-        )
+        held = "object and tool" if with_tool else "it"
+        message, second = _named(case, judged, judged.named, held)
         fatal = message.severity == "error"
         simple = judged.named.unknowns <= FEW_UNKNOWNS
         whole = judged.whole or (fatal and simple)
@@ -197,13 +197,16 @@ def _is_negligible(judged: Judged, named: Explanation) -> bool:
 
 
 def _named(
-    judged: Judged, named: Explanation, held: str
+    case: Case, judged: Judged, named: Explanation, held: str
 ) -> tuple[Message, Message | None]:
     """Message on the mistake and a second one, with the mass and COM that what is `held`
     has without them, in sensor axes, where these differ much."""
     assert judged.given is not None
     before, after = judged.given.vector, named.vector
     mass, com = _changes(before, after)
+    if named.code == FILTERED and case.parameters is not None:
+        # the search's fit may be corrected for the filter where the answer is not
+        mass, com = np.maximum((mass, com), _changes(case.parameters, after))
     large = mass > LARGE_MASS_CHANGE or com > LARGE_COM_CHANGE
     grave = mass > GRAVE_MASS_CHANGE or com > GRAVE_COM_CHANGE
     fatal = grave or ((large or named.is_grave) and judged.certain)
