@@ -287,7 +287,7 @@ class Bayes(Estimator):
             intervals=holding(mixture.ends(INTERVAL_LEVEL), body),
             accuracy=accuracy,
             sufficient=sufficient,
-            bias=posterior.bias,
+            bias=posterior.bias_beside(nearest.vector),
             point_masses=None if self.shape.known == "reach" else nearest.masses,
             hull_margin=nearest.margin,
             warnings=warnings_of(posterior, nearest.distance),

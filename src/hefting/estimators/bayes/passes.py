@@ -94,7 +94,7 @@ class Pass:
     @cached_property
     def tells_mass(self) -> bool:
         """Whether the mass exceeds its standard deviation; else the next pass keeps this
-        one's prior."""
+        one's prior and noise."""
         return bool(self.mixture.mean[0] > self.mixture.mass_std)
 
     @cached_property
@@ -136,8 +136,10 @@ class Passes:
     def next(self, last: Pass, scores: Array) -> Pass:
         """The next pass, about the COM of `last` and the distortion `scores` (d,)."""
         placed = self.prior.about(scores, last.center)
-        noise = self.source.found(last.measured, last.noise)
-        scale = self._scale(last.measured) if last.tells_mass else last.scale
+        scale, noise = last.scale, last.noise
+        if last.tells_mass:
+            scale = self._scale(last.measured)
+            noise = self.source.found(last.measured, noise)
         return self._posterior(placed, last.center, scale, noise, 1.0)
 
     def again(self, found: Pass) -> Pass | None:

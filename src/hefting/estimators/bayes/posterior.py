@@ -17,7 +17,7 @@ from hefting.estimators.bayes.nearest import CONTRADICTING_SHAPE_DISTANCE
 from hefting.estimators.bayes.noise_found import MotionErrors
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.prior import Prior
-from hefting.estimators.bayes.samples import SEPARATE_POSE_INTERVAL
+from hefting.estimators.bayes.samples import SEPARATE_POSE_INTERVAL, Samples
 from hefting.estimators.joint_state import State, motion_record
 from hefting.shapes import Shape
 
@@ -81,8 +81,8 @@ class Posterior:
     """`Passes.evidence` of the shape, less the gain of another way to give it"""
     instead: str
     """the much likelier way in which the shape was given, in words"""
-    bias: Array | None
-    """(6,) wrench bias [N, N m]; None where none is free"""
+    samples: Samples | None
+    """with a bias of their own; None where none is free"""
     settled: bool = True
     """whether the place of an uncertain shape converged"""
     passes: int = 0
@@ -91,6 +91,12 @@ class Posterior:
     """messages on a scale's reading that contradicts the wrench"""
     sensor_gain: float | None = None
     """relative error of the sensor's gain, by a scale's reading; None without one"""
+
+    def bias_beside(self, body: Array) -> Array | None:
+        """(6,) wrench bias [N, N m] beside a body (10,); None where none is free."""
+        if self.samples is None:
+            return None
+        return self.samples.bias((1.0 + (self.sensor_gain or 0.0)) * body)
 
     @property
     def noise_found(self) -> dict[str, Any]:
@@ -131,7 +137,6 @@ def posterior_of(
     enough = state.samples >= FEWEST_SAMPLES_FOR_NOISE
     slow = source.samples.pace >= SEPARATE_POSE_INTERVAL
     gain = steps.sensor_gain(found)
-    sensed = (1.0 + (gain or 0.0)) * found.mixture.mean
     colour = noise.colour
     evidence, instead, more = 0.0, "", 0.0
     if shape.known == "object":
@@ -157,7 +162,7 @@ def posterior_of(
         misfit=misfit,
         evidence=min(evidence, -more) if more else evidence,
         instead=instead if evidence + more > 0.0 else "",
-        bias=source.samples.bias(sensed) if source.free_bias else None,
+        samples=source.samples if source.free_bias else None,
         settled=settled,
         passes=passes,
         sensor_gain=gain,
