@@ -34,6 +34,7 @@ EXAMPLES = (
     "hefting plan --urdf arm.urdf --tip flange --estimate now.json --quick",
 )
 PLAYER = ".html"
+"""Suffix of a page that plays the motion."""
 RATE = 100.0
 """[Hz] Default rate of the samples that will be recorded."""
 

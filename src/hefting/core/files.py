@@ -26,6 +26,7 @@ MAX_XML = 16 * 2**20
 """Largest XML file that is read [bytes]; URDFs are thousands of times smaller."""
 
 MAX_DEPTH = 10_000
+"""Deepest nesting of XML elements that is read."""
 
 TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
 """A tag with its attributes, whose values may contain the character that ends a tag."""

@@ -41,6 +41,7 @@ _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS
 
 UNKNOWNS = PARAMETERS + tuple(f"bias {name}" for name in WRENCH)
+"""Names of the ten parameters and of the bias."""
 
 
 def warnings_of(open_: Indices, instead: str) -> tuple[str, ...]:

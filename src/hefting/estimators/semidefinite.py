@@ -44,6 +44,7 @@ FIRST_MU = 0.01
 """First mu relative to the largest entry of the gradient at Q = I. Smaller values save
 steps; much smaller ones fail."""
 MOST_PATH_STEPS = 60
+"""Largest number of steps along the central path."""
 MOST_RESTARTS = 2
 """Largest number of restarts from the body that was found, for gamma = 0, if its bound
 does not prove it optimal."""

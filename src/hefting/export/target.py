@@ -28,7 +28,9 @@ class Place:
     """Where a format keeps its inertial elements."""
 
     format: str
+    """Name of the format."""
     roots: tuple[str, ...]
+    """Possible root elements."""
     element: str
     """Element that holds the inertial."""
     parents: tuple[str, ...] | None

@@ -189,6 +189,7 @@ CHECKS: list[Check] = [
     _not_converged,
     _not_physical,
 ]
+"""All checks, in the order of their messages."""
 
 
 def with_diagnostics(

@@ -38,7 +38,9 @@ EXPLAINED_BY_RIVAL = SUSPECTS | {
 }
 """Codes of consequences of another order or sign of joints, or another gravity."""
 MOST_STEPS = 8
+"""Largest number of steps to the size of a tilt or of zeros."""
 SMALL_STEP = 0.05
+"""Relative size of the last step."""
 
 
 def of_suspect(

@@ -26,6 +26,7 @@ LARGEST_SATURATED_SHARE = 0.05
 """Share of saturated samples above which the answer is wrong: with a tenth of the
 samples clipped a mass was found 15 % too small."""
 MOST_NUMBERS = 5
+"""Largest number of odd poses that are listed by number."""
 LARGEST_REJECTED_SHARE = 0.4
 """Share of rejected samples above which a warning is given."""
 

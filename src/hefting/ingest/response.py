@@ -45,6 +45,7 @@ STEPS = 4
 REFINEMENTS = 2
 """Number of times that constants between the likeliest and its neighbours are added."""
 MOST_SAMPLES = 2000
+"""Number of samples on which filters are compared."""
 EVIDENCE_RATIO = 3.0
 """Factor by which an imperfect model reduces the evidence, in standard deviations."""
 TYPICAL = np.repeat((5.0, 1.0, 0.2), (1, 3, 6))
@@ -61,6 +62,7 @@ CLEARLY_LESS = 0.8
 there is a filter. In parts of 9 s of a recording with a filter of 0.6 s it is 0.4 to
 0.9."""
 MOST_BLOCKS = 2000
+"""Number of blocks on which filters are compared."""
 INSTANTS_PER_LAG, FEWEST_PER_LAG, MOST_INSTANTS = 20, 4, 50_000
 """Numbers of instants at which the motion is filtered."""
 

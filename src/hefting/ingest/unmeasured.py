@@ -25,6 +25,7 @@ MOST_LEFT_OUT = 0.5
 TURNED = 0.1
 """[rad] Turn by which any arm moves a sensor."""
 MOST_TIMES_SHOWN = 3
+"""Largest number of times in a message."""
 
 
 def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recording:

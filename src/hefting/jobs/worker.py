@@ -36,6 +36,7 @@ class Lost:
     """In place of the result of a task at which every worker died."""
 
     reason: str
+    """One line."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class Died:
     """The worker of a task died, perhaps because of that task."""
 
     reason: str
+    """One line."""
 
 
 class Task(NamedTuple):

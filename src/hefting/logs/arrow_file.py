@@ -44,3 +44,4 @@ FORMAT = Format(
     open_table=open_arrow,
     in_blocks=False,
 )
+"""Columns in the form of memory, with nulls."""

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 MAX_COLUMNS = 1000
+"""Largest number of columns."""
 
 FIXED = {
     name: columns for name, columns in COLUMNS.items() if name not in JOINT_STREAMS

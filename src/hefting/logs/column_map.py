@@ -92,6 +92,7 @@ class Quantity:
     form: str = ""
     """of an orientation or a pose"""
     order: str = ""
+    """of Euler angles"""
     in_world: bool = False
     """a wrench in world axes"""
     names: tuple[str, ...] = ()

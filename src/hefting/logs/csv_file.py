@@ -381,3 +381,4 @@ FORMAT = Format(
     written=(".csv",),
     write=write_csv,
 )
+"""Separated text with a header row."""

@@ -157,3 +157,4 @@ FORMAT = Format(
     open_table=open_json_lines,
     in_blocks=False,
 )
+"""Objects of numbers, lines of text."""

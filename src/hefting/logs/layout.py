@@ -34,6 +34,7 @@ class Layout:
     skip: int | None = None
     """lines to skip after the header, such as units; None: those without numbers"""
     decimal: str | None = None
+    """decimal mark"""
 
 
 def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:

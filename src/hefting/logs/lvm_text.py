@@ -9,6 +9,7 @@ from hefting.core.errors import InputError
 from hefting.logs.csv_cells import seconds_of
 
 MARK = b"LabVIEW Measurement"
+"""Beginning of such a file."""
 NAMES = b"X_Value"
 """Beginning of the line of names, which each segment has."""
 TAGS = b"Y_Unit_Label X_Columns X_Dimension Delta_X Date Time".split()

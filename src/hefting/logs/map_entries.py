@@ -13,6 +13,7 @@ from hefting.logs.table import summarize_list
 from hefting.logs.units import SECOND, Unit, find_unit
 
 MAX_NAMES = 1000
+"""Largest number of columns of one key."""
 
 
 def parse_entry(

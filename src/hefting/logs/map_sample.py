@@ -21,6 +21,7 @@ from hefting.logs.table import Table
 from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
 
 MOST_ROWS = 2000
+"""Largest number of rows."""
 BRACKETS = re.compile(
     r"^(?![\s\S]{200})([^\[(].*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
 )

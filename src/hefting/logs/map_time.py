@@ -28,6 +28,7 @@ SHORT = 3.0
 below one second that is taken."""
 
 TIME_UNITS = {*UNITS["time"], *(a for a, n in ALIASES.items() if n in UNITS["time"])}
+"""Units in names of the time."""
 
 PANDAS_INDEX = "__index_level_0__"
 """Name that pandas gives an unnamed index in a Parquet file; in a selection of rows it

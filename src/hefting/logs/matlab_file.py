@@ -184,3 +184,4 @@ FORMAT = Format(
     open_table=open_matlab,
     in_blocks=False,
 )
+"""Arrays as `save` writes them."""

@@ -28,7 +28,9 @@ class MemoryTable:
     """
 
     source: str
+    """Name in messages."""
     names: tuple[str, ...]
+    """Names of all columns, in order."""
     columns: Mapping[str, Any]
     """Values (K,) by name."""
     arrays: Mapping[str, Any]

@@ -113,3 +113,4 @@ FORMAT = Format(
     open_table=open_npz,
     in_blocks=False,
 )
+"""Arrays as `numpy.savez` writes them."""

@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     from pyarrow import parquet
 
 ROWS = 65_536
+"""Number of rows that are read at a time."""
 
 GROUP = 65_536
+"""Number of rows of a written row group."""
 
 BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""
@@ -199,3 +201,4 @@ FORMAT = Format(
     written=(".parquet",),
     write=write_parquet,
 )
+"""Columns in binary form, with nulls."""

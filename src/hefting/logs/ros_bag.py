@@ -8,6 +8,7 @@ from hefting.core.recording import Recording
 from hefting.logs.registry import Format
 
 BAG_SUFFIXES = (".bag", ".mcap", ".db3")
+"""File name endings that are read as bags."""
 
 OPTIONS = {
     "wrench_topic": ("TOPIC|none", "of a bag: wrench"),
@@ -56,3 +57,4 @@ FORMAT = Format(
     written=(".bag", ".mcap", ""),
     write=_write,
 )
+"""Messages of ROS 1 or ROS 2."""

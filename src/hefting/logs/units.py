@@ -113,6 +113,7 @@ ALIASES = {
 """Other words for units, in small letters; kg of a force means kgf."""
 
 SECOND = UNITS["time"]["s"]
+"""The SI unit of time."""
 
 
 SCALED = re.compile(r"\s*(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)\s*([^\d\s].*)")

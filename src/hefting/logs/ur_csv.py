@@ -276,3 +276,4 @@ FORMAT = Format(
     read_table=read_ur,
     is_header=is_ur,
 )
+"""Columns of a robot controller, in any file with named columns."""

@@ -36,6 +36,7 @@ SAID_ONCE = {"time-shifted", "columns-by-name", "columns-doubtful", "end-left-ou
 """Codes of messages about the file, which only the first window has."""
 
 Reader = Callable[[Table], Recording]
+"""Reads a recording from a table."""
 
 
 def windows(

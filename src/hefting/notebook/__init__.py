@@ -36,6 +36,7 @@ TITLES = ("quantity", "estimate ± 95 %", "from", "to", "unit")
 MOMENTS = {"Jxx": (0, 0), "Jyy": (1, 1), "Jzz": (2, 2)}
 PRODUCTS = {"Jxy": (0, 1), "Jxz": (0, 2), "Jyz": (1, 2)}
 MOST_WARNINGS = 12
+"""Most warnings that are shown."""
 KNOWN = {
     "object": "the object's own shape",
     "bounds": "the object is somewhere inside",
@@ -213,6 +214,7 @@ HEAD = f"{CELL};font-weight:600"
 BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b3261e"}
 """Background of each verdict, on which white text is readable."""
 LARGEST = 100_000
+"""Most characters of a picture."""
 RESOLUTIONS = (150, 100, 60)
 """Dots per inch of the shape; the first with a picture of at most `LARGEST` is used."""
 CARD = "background:#fff;border-radius:4px;padding:4px;max-width:100%;height:auto"

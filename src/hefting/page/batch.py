@@ -34,6 +34,7 @@ MOST_REASONS = 100
 LONGEST = 500
 """Most characters of a text that are shown."""
 MOST_RECORDINGS = 20
+"""Most recordings that a command names."""
 
 
 def batch_page(found: Batch, context: Context | None = None) -> str:

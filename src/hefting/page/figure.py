@@ -75,6 +75,7 @@ DARK = LIGHT | {
     "no-wrench": "rgba(220,220,220,0.25)",
     "other": "rgba(170,170,170,0.22)",
 }
+"""Colours on near black."""
 GAP = 0.06
 """Distance of two rows over the height of the figure."""
 MOST_BINS = 60

@@ -53,6 +53,7 @@ MOST_SHORT = 3.0
 """Ratio of reached to asked deviations from which on there is no second search: with
 other seeds, plans of 10 s leave an inertia up to twice as uncertain."""
 RANDOM_STARTS = 12
+"""Number of random starts if none is given."""
 
 
 @immutable

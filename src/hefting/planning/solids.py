@@ -27,6 +27,7 @@ MOST_SOLIDS = 12
 THIN = 1e-3
 """[m] Least thickness of a solid."""
 OBJECT = "the object"
+"""Name of the held solid."""
 
 
 @immutable

@@ -47,6 +47,7 @@ QUANTITIES = {
 HEIGHTS = {"joints": 1.7, "shares": 1.1, "corner": 0.9, "widths": 1.3}
 """Heights of the rows [in]."""
 LIMIT = {"linewidth": 0.6, "linestyle": (0, (4, 2))}
+"""Style of limits."""
 LINE_OF_NAMES, BESIDE_NAME, LONGEST_NAME = 62, 6, 24
 """Characters of a line of the legend, of the mark beside a name, and at most of a name."""
 

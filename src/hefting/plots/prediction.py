@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 SHADED = 0.3
+"""Opacity of the band."""
 MOST_COLUMNS = 6
+"""Most entries in a line of the legend."""
 
 
 def plot_prediction(

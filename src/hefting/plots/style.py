@@ -74,6 +74,7 @@ LINE = 0.15
 COLUMN = 62
 """Approximate number of characters in `WIDTH`."""
 MOST_LINES = 3
+"""Most lines of the reason."""
 
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:

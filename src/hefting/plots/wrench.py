@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 HEIGHT = 4.3
 """Height of the rows and their legend [in]."""
 MOST_COLUMNS = 5
+"""Most entries in a line of the legend."""
 
 
 def plot_wrench(

@@ -43,6 +43,7 @@ TIMES = (0.25, 0.5, 1.0, 1.5, 2.5, 4.0, 6.5, 10.0, 15.0, 23.0, 35.0)
 SHOWN = (1.5, 10.0)
 """Times in the table [s]."""
 SEEDS = 8
+"""Number of noise seeds for each object and speed."""
 
 
 def jobs(quick: bool) -> list[Job]:

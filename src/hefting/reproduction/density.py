@@ -41,6 +41,7 @@ SPEED = 1.5
 TIMES = (1.5, 35.0)
 """Times of the estimates [s]."""
 SEEDS = 10
+"""Number of noise seeds for each object."""
 LAMBDA, USUAL = 0.1, 56
 """PMD's regularization in the paper, and its number of points there."""
 SERIES = {

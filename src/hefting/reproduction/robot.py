@@ -73,6 +73,7 @@ CAUSES = {
     "gain": "sensor's gain 4 % off",
     "all": "all four",
 }
+"""Faults of a real arm."""
 TOPS = (20.0, 1e3, 1e4)
 """Upper ends of the figure's panels [%], where larger values are drawn."""
 DRAWN = {

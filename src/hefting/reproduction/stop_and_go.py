@@ -28,6 +28,7 @@ from hefting.simulation import UR5, JointMotion, stop_and_go, wield_in_mujoco
 DURATION, DWELL, MOVE = 40.0, 0.75, 1.25
 """Durations of the motion, a rest and a move [s]: 20 poses."""
 SEEDS = 10
+"""Number of noise seeds for each object."""
 BOUND = 0.1
 """Published upper bound of the errors of mass and COM [%]."""
 MODERATE = NOISE_LEVELS["moderate"]

@@ -19,6 +19,7 @@ SCALAR = ("revolute", "continuous", "prismatic")
 """Kinds of joint with one position: [rad], [rad], [m]."""
 
 KINDS = (*SCALAR, "fixed", "floating", "planar")
+"""All kinds of joint."""
 
 PARTS = ("parent", "child", "origin", "axis", "mimic", "limit")
 """Elements of a joint that are read."""

@@ -74,7 +74,9 @@ BOTH = np.array(((-1.0,), (1.0,)))
 LEAST_SIZE = 0.2
 """[m] Distance from the COM up to which its region is always shown."""
 MOST_POINTS = 3_000
+"""Most points of a cloud that are drawn."""
 MOST_DIRECTIONS = 40
+"""Most directions of gravity that are drawn."""
 
 
 @immutable

@@ -36,6 +36,7 @@ class Demo:
     mesh: Path
     """Surface of the hammer [mm], without materials."""
     truth_file: Path
+    """True parameters."""
     exports: tuple[Path, ...]
     """The estimate as JSON and URDF."""
     pictures: tuple[Path, ...]

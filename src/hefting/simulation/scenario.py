@@ -23,6 +23,7 @@ from hefting.simulation.objects import HAMMER_POSE, HeldObject, hammer
 from hefting.simulation.wield import Wielding, mujoco_version, wield_in_mujoco
 
 ARMS = {"ur5": UR5, "xarm7": XARM7}
+"""Arms by name."""
 
 MOTIONS = ("sinusoids", "random", "stop-and-go")
 
@@ -31,6 +32,7 @@ OBJECTS = (*MODULAR, JOINER_HAMMER)
 """Objects by name: eight of the modular object, and a hammer of wood and steel."""
 
 MOST_SAMPLES = 5_000_000
+"""Most samples of a simulated motion."""
 
 
 @immutable

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from websockets.sync.client import ClientConnection
 
 PORT = 8765
+"""Default port of foxglove_bridge."""
 
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Subprotocols that are offered; the parts that are used here are the same in both."""

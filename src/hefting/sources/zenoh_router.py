@@ -53,6 +53,7 @@ class Inbox:
 
 
 PORT = 7447
+"""Default port of a Zenoh router."""
 
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
 

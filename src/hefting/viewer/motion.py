@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from viser import GuiApi, SceneApi
 
 MOST_TRIANGLES = 4_000
+"""Most triangles of one drawn mesh."""
 THICKNESS = 0.012
 """[m] Thickness of the lines from joint to joint."""
 LONGEST = {"force": 1.0, "torque": 0.6}

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 MOST_REASONS = 3
+"""Most reasons for doubt that are shown."""
 GOOD, CARE, BAD = "#16916B", "#C07500", "#D64937"
 """Colours of the verdict, readable on white and on black."""
 LEVELS = {"good": GOOD, "usable with care": CARE, "do not use": BAD}

@@ -28,6 +28,7 @@ part holds the panel, over the camera's distance."""
 TICK = 0.05
 """[s] Interval of frames while playing."""
 SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
+"""Parts that can be hidden."""
 
 
 class Viewer:

@@ -19,6 +19,7 @@ CONDITIONS = {
     "inertial-triangle": "triangle inequality",
     "inertial-thin": "no thickness",
 }
+"""The condition that fails, in a few words."""
 
 
 def inertias_report(repaired: Repaired, written: str | None) -> Group:

@@ -194,6 +194,7 @@ FAILURES = {
     "pseudo_inertia": "pseudo",
     "hull": "COM",
 }
+"""The condition of consistency that fails, in a word."""
 
 
 MOST_COLUMNS = 2

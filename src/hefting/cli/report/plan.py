@@ -16,6 +16,7 @@ ROWS = {
 }
 """Name, unit and factor of each quantity of an `Accuracy`."""
 OPEN = "open"
+"""Text for an unknown quantity."""
 MOST_OPEN = 10.0
 """Half-width (relative, of the COM in m) above which a quantity is open."""
 

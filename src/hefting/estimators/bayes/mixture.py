@@ -251,6 +251,7 @@ def _standard_normal_draws(number: int) -> Array:
 
 
 MOST_STEPS = 60
+"""Largest number of Newton steps in finding an end."""
 END_TOLERANCE = 0.02
 """Relative error of a tail's probability at which the iteration ends; for a Gaussian
 the error after the last step is some 2e-5 standard deviations."""

@@ -21,6 +21,7 @@ SUFFICIENT_STATED_DISTANCE = 2.0
 """Squared Mahalanobis distance within which a mass distribution over the shape as
 stated is accepted, if the pose's error was not given."""
 MOST_SLIP_STEPS = 4
+"""Largest number of steps in which an error of the pose is refined."""
 NEGLIGIBLE_SLIP = 0.1
 """Error of a pose, in prior standard deviations, that is neglected."""
 CELL_REACH = 3.0

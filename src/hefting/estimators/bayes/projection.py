@@ -27,8 +27,11 @@ SMALL_WEIGHT = 30.0
 tests Newton's method misses `DUAL_TOLERANCE` 41 times without it and 28 times with it,
 always within `RELATIVE_DUAL_TOLERANCE`."""
 MOST_DUAL_STEPS = 40
+"""Largest number of Newton steps on each dual problem."""
 MOST_LENGTHS = 20
+"""Largest number of step lengths that are tried."""
 LENGTH_TOLERANCE = 1e-3
+"""Error of the length of a step."""
 DUAL_TOLERANCE = 1e-6
 """Largest entry of the dual's gradient at convergence: error of the parameters in
 standard deviations."""

@@ -15,6 +15,7 @@ from hefting.logs.ros.records import Declare, Message, full_type, scan_bag, scan
 from hefting.logs.ros.source import MAX_CHUNK, Budget, Cut, Source, Topic, zstandard
 
 MAGIC = b"SQLite format 3\0"
+"""First bytes of an SQLite file."""
 
 ROW_BYTES = 8
 """Smallest size of a row in the file [bytes]; a file with more rows than fit is damaged
@@ -118,6 +119,7 @@ SCANS = {".bag": scan_bag, ".db3": scan_sqlite}
 """Reader of each suffix; other files are MCAP."""
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+"""First bytes of data that are compressed with zstd."""
 
 MAX_METADATA = 1_000_000
 """Part of a bag's metadata.yaml that is read [bytes]."""

@@ -26,6 +26,7 @@ CODES = {
         for n in (1, 2, 4, 8)
     },
 }
+"""Numpy codes of the numeric types."""
 
 MAX_DEFINITION = 100_000
 """Longest message definition that is parsed [characters]."""

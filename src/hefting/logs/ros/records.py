@@ -20,8 +20,10 @@ Declare = Callable[[Topic], Topic | None]
 its messages are wanted, else None."""
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
+"""First bytes of an MCAP file."""
 
 BAG_MAGIC = b"#ROSBAG V2.0\n"
+"""First bytes of a ROS 1 bag."""
 
 RECORD = struct.Struct("<BQ")
 """Header of an MCAP record: its kind and the length of the rest [bytes]."""
@@ -41,8 +43,10 @@ BAG_MESSAGE, BAG_HEADER, BAG_CHUNK, BAG_CONNECTION = 2, 3, 5, 7
 """Kinds of ROS 1 bag records that are read."""
 
 U32 = struct.Struct("<I")
+"""Unsigned number of 4 bytes."""
 
 U64 = struct.Struct("<Q")
+"""Unsigned number of 8 bytes."""
 
 TIME = struct.Struct("<II")
 """Time in a ROS 1 bag: seconds and nanoseconds."""
