@@ -50,7 +50,8 @@ T = TypeVar("T")
 OF_SHAPES = ("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3")
 """Options by which a shape is given."""
 SHAPES = 8
-"""Number of shapes that a process keeps, as those of one object follow."""
+"""Number of shapes that a process keeps, as recordings of one object follow one
+another."""
 
 PAUSES = (0.5, 2.0)
 """[s] Waits before the second and the third attempt, for a busy server to answer."""

@@ -127,7 +127,8 @@ class Summary:
     reasons: tuple[Reason, ...]
     """Errors of the rows that failed, the most frequent first."""
     left_out: tuple[Reason, ...]
-    """Errors of recordings left out of objects with others, the most frequent first."""
+    """Errors of recordings that were left out of objects with other recordings, the
+    most frequent first."""
     doubts: dict[str, int]
     """Rows by code of a message that puts them in doubt, the most frequent first."""
     doubt_texts: dict[str, str]

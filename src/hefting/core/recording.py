@@ -196,7 +196,8 @@ class Recording:
     joint_names: tuple[str, ...] = ()
     """Names of the joint columns in order, if the log has them."""
     sensor_pose: Array | None = None
-    """(4, 4) pose of the sensor in the logged frame [m], if applied to the poses."""
+    """(4, 4) pose of the sensor in the logged frame [m], if it was given and applied to
+    the poses."""
     angles: Stream | None = None
     """(N, 3) orientation as logged, if by three angles [rad]."""
 

@@ -18,7 +18,8 @@ MOST_DECIMALS = 9
 """Decimals of a number, at most."""
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 LOPSIDED = 3.0
-"""Longer over shorter side of an interval above which its ends are shown."""
+"""Ratio of the longer to the shorter side of an interval above which its ends are
+shown."""
 
 
 def body_lines(

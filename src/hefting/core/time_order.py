@@ -14,7 +14,8 @@ few rows out of order."""
 FEW_STEPS_BACK = 0.01
 """Share of backward steps up to which the parts between them are in order."""
 UNEVEN = 0.5
-"""Least ratio of a clock's smallest step to its median where times are rounded."""
+"""Least ratio of a clock's smallest step to its median, for rounded times, whose steps
+are alike."""
 
 
 def in_order(time: Array) -> Indices:

@@ -87,7 +87,8 @@ class Known:
     """(10, 10) covariance of an error in the parameters that is the same for all
     samples; None where there is none."""
     carried: Array | None
-    """(10,) parameters of a tool whose wrench was subtracted; None: none."""
+    """(10,) parameters of a tool whose wrench was subtracted; None where there is
+    none."""
     shape: Shape | None
     """Where the object may have mass, if that is known."""
 
@@ -107,7 +108,8 @@ class Estimator:
     """What decides the parameters that the motion leaves open, in words, if the method
     needs a shape."""
     fills_in: ClassVar[str] = "the method"
-    """What decides what neither motion nor shape determines, in words."""
+    """What decides the parameters that neither motion nor shape determines, in
+    words."""
     consistent: ClassVar[bool] = False
     """Whether every estimate of a positive mass is a body that can exist."""
     gives_covariance: ClassVar[bool] = False
@@ -116,7 +118,8 @@ class Estimator:
     """Which of `INVARIANCES` hold if the motion determines all ten parameters and, for
     some, the noise is known; the class's docstring says when."""
     keeps_time_record: ClassVar[bool] = False
-    """Whether its state keeps a `TimeRecord`, to find the noise's colour."""
+    """Whether its state keeps a `TimeRecord`, from which the colour of the noise is
+    found."""
     depends_on_count: ClassVar[bool] = False
     """Whether the number of samples matters, so averages are weighted by theirs."""
     source: ClassVar[str] = ""

@@ -50,7 +50,8 @@ class ConeProblem:
     b: Array
     """(r,) right-hand side"""
     K: Array
-    """(2, r) share of each row in both norms: diagonals of K0 and K1"""
+    """(2, r) share of each row in the first and in the second norm: diagonals of K0 and
+    K1"""
     regularization: float
     """lambda >= 0"""
     size: float

@@ -45,7 +45,8 @@ THIN = 1e-9
 """Standard deviation of a part's points along an axis, relative to the largest
 coordinate, up to which they lie in a plane."""
 WRONG_SHAPE = 0.01
-"""Prior probability of any body beside the method's possible ones."""
+"""Prior probability that the object is none of the method's possible bodies, but any
+body."""
 
 
 @immutable

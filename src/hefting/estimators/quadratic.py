@@ -32,10 +32,12 @@ WrenchNoise = Noise | Array | None
 newtons weigh like N m."""
 
 RANK_TOLERANCE = 1e-9
-"""Singular values of the scaled regressor that count as zero, over the largest."""
+"""Singular values of the column-scaled regressor below this, relative to the largest,
+count as zero."""
 
 VANISHING_COLUMN = 1e-13
-"""Length of a regressor's column over the longest, below which it is rounding."""
+"""Length of a regressor's column, relative to the longest, below which it is a rounding
+error."""
 
 _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS

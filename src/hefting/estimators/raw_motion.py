@@ -31,7 +31,8 @@ SMALLEST_LEVEL = 0.01
 """Level of noise over the standard deviation of the accelerations below which it is
 negligible: it reduces an inertia by a ten thousandth."""
 ROUNDING = 1e-4
-"""The same below which noise is rounding, if the other acceleration's is larger."""
+"""The same below which noise is rounding, if that of the other kind of acceleration is
+larger."""
 LARGEST_RATIO_OF_AXES = 10.0
 """Largest ratio of the mean noise variance of three axes to that of one, as errors of
 the motion are taken to be alike along all axes."""

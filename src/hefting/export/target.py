@@ -83,7 +83,8 @@ class Target:
     warnings: Callable[[Body], list[Message]] = _no_warnings
     """Warnings about a body in this form."""
     file_warnings: Callable[[str, str], list[Message]] = _no_warnings
-    """Warnings on a file's text with the inertial of the element of this name."""
+    """Warnings about the text of an existing file with the inertial of the element with
+    this name."""
 
 
 @dataclass

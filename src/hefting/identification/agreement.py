@@ -71,7 +71,8 @@ class Agreement(Shown):
     intervals: dict[str, Array]
     """(2, 7) ends of their 95 % intervals; infinite if open"""
     apart: dict[tuple[str, str], Array]
-    """(7,) differences of each pair in standard deviations; 0 where one is open"""
+    """(7,) differences of each pair in standard deviations; 0 where one leaves the
+    quantity open"""
     verdicts: dict[str, Verdict]
     """of each estimate"""
 

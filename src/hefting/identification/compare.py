@@ -43,7 +43,8 @@ SUFFICIENT = 0.2
 LARGER_RESIDUAL = 1.1
 """Ratio of a residual to the least of all methods above which it is mentioned."""
 OUTSIDE = 0.02
-"""Depth outside the hull, over its largest side, that contradicts the shape."""
+"""Depth outside the shape's hull, over its largest side, from which the COM contradicts
+the shape."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

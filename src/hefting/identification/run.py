@@ -20,7 +20,8 @@ from hefting.ingest.joint import JointIngested, together, with_samples
 from hefting.ingest.several import Log, ingest_all
 
 SAMPLES_BEFORE_FIRST_CHECK = 50
-"""Number of samples before the first estimate; of poses one."""
+"""Number of samples before the first estimate; static poses are checked from the first
+one on."""
 SHORTEST_CHECK_INTERVAL = 0.1
 """[s] Shortest time between two estimates."""
 CHECK_INTERVAL_SHARE = 0.02

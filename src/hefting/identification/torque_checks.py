@@ -59,7 +59,8 @@ OPPOSED = -0.8
 """Correlation of the torques with those of the URDF's arm below which they, or gravity,
 have the other sign: in right runs it was at least 0.85."""
 OFF_AXIS = np.radians(15.0)
-"""Angle of gravity from an axis of the base that errors of links do not explain."""
+"""Angle of gravity from an axis of the base above which errors of the links do not
+explain it."""
 CHECKED = 300
 """Number of samples of a run that are compared with the URDF's arm."""
 

@@ -16,7 +16,8 @@ from hefting.motion import Motion
 from hefting.motion.spline import check_poses
 
 LONGEST_WAIT = 60.0
-"""[s] Time after which waiting samples are dropped, in case a stream stops."""
+"""[s] Time after which waiting samples are dropped, to bound the memory if a stream
+stops."""
 LONGEST_WRENCH_GAP = 0.1
 """[s] Instants between two wrench samples farther apart are left out: motion that is
 slow enough for people near by changes the wrench little in a tenth of a second."""

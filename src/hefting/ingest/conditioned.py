@@ -81,7 +81,8 @@ class Conditioned:
     """Clock offset, sign, bias, gravity, noise and outliers of a recording."""
 
     parameters: Array
-    """(10,) by least squares on inliers, with the signs of `hefting.core.spatial`"""
+    """(10,) by least squares on the inliers, with the sign convention of
+    `hefting.core.spatial`"""
     covariance: Array
     """(10, 10) of the parameters for coloured residuals, with the uncertainty of
     offset, bias and gravity; infinite where open"""

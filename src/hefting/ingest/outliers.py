@@ -39,7 +39,8 @@ SMALLEST_SPREAD = 1e-12
 LARGEST_OUTLIER_SHARE = 0.6
 """Share of outliers above which none is rejected: then the model is wrong."""
 FEWEST_SATURATED_SAMPLES = 5
-"""Number of samples at a channel's extreme that may be the sensor's limit."""
+"""Number of samples at the extreme value of a channel from which on that may be the
+sensor's limit."""
 
 
 @immutable

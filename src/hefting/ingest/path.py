@@ -33,7 +33,8 @@ MOTION_COLUMNS = slice(0, 12)
 """Columns of a reading that hold a, alpha and vech(w w'), as in
 `hefting.core.regressor` but with a instead of a - g."""
 WORLD_AXES_COLUMNS = slice(12, 21)
-"""Columns of a reading of the rotation (3, 3) from world to sensor axes, by rows."""
+"""Columns of a reading that hold the rotation matrix (3, 3) from world to sensor axes,
+by rows."""
 
 
 Read = Callable[[Array, bool], tuple[Array, Array, Mask]]

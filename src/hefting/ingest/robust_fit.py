@@ -23,7 +23,8 @@ from hefting.ingest.samples import Samples, find_odd_pose, find_outliers_of_fit
 from hefting.ingest.uncertainty import Uncertainty, estimate_uncertainty
 
 MOST_BLOCKS_OF_FIRST_FIT = 6_000
-"""Largest number of blocks in the first robust fit and the choice of bias knots."""
+"""Largest number of blocks in the first robust fit and in the choice of the number of
+bias knots."""
 CLEARLY_SMALLER_SCALES = 0.99
 """Ratio of the product of force and torque scales below which reversed gravity is
 accepted: with the other sign of the wrench, only accelerations distinguish it."""

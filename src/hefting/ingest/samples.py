@@ -28,7 +28,8 @@ FEWEST_SAMPLES_FOR_OUTLIERS = 40
 FEWEST_POSES_FOR_OUTLIERS = 12
 """Number of static poses below which no pose is rejected."""
 SAMPLES_AT_A_TIME = 200_000
-"""Number of samples of a long recording searched together, to bound the memory."""
+"""Number of samples of a long recording in which outliers are found together, to bound
+the memory."""
 FEWEST_POSES = 6
 """Least number of poses for one to be left out: mass, COM and bias need 3 others."""
 ODD = 50.0

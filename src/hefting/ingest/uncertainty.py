@@ -61,7 +61,8 @@ class Uncertainty:
     """(6, 6) covariance of a linear drift, the bias at its last knot less that at its
     first [N², N² m, N² m²]; None without two determined knots"""
     step: Array
-    """(q,) solution of generalised least squares less the fit's"""
+    """(q,) difference of the solution of generalised least squares from that of the
+    fit"""
     step_std: Array
     """(q,) standard deviations of the solution of generalised least squares; infinite
     where undetermined"""

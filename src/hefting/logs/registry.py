@@ -57,14 +57,16 @@ class Format:
     """opens a file with named columns; the layout, which a column map may give, matters
     to text only"""
     in_blocks: bool = True
-    """whether it is read block by block, so that any size can be cut into windows"""
+    """whether such a file is read block by block, so that one of any size can be cut
+    into windows"""
     read_table: "Callable[[Table, bool], Recording] | None" = None
     """the recording in a table; the second argument says whether a log without a wrench
     is refused"""
     is_header: Callable[[Sequence[str]], bool] | None = None
     """whether column names are those that `read_table` reads"""
     read: "Callable[..., Recording] | None" = None
-    """the recording at a path; also by ``wrench_needed`` and those of `options`"""
+    """the recording at a path; takes also the keywords ``wrench_needed`` and those of
+    `options`"""
     options: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """keyword options of `read`: what the command's option takes, and its help"""
     recognise: Callable[[str | Path], bool] | None = None

@@ -37,7 +37,8 @@ from hefting.robots import Robot
 from hefting.shapes import as_shape
 
 QUEUE = 20_000
-"""Largest number of batches in the queue; then the oldest are dropped and counted."""
+"""Largest number of batches of samples in the queue; beyond, the oldest are dropped and
+counted."""
 FOLLOWED_EVERY = 0.1
 """[s] Time between two looks at new samples before the next estimate is due, so that
 little is left to be filtered then."""

@@ -43,7 +43,8 @@ from hefting.online.expected import Expected
 from hefting.shapes import Shape
 
 MOST_PARTS = 8
-"""Largest number of condensed parts, of 20 s at 100 Hz each; older are forgotten."""
+"""Largest number of condensed parts, of some 20 s at 100 Hz each; beyond, the oldest is
+forgotten."""
 SHORTEST = 1.0
 """[s] No shorter history is understood, as offset and bias are not distinguished."""
 FEWEST_ROWS = 30

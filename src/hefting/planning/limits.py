@@ -31,7 +31,8 @@ class Limits:
     """Hard limits of a motion of n joints; `InputError` for values that are no limits."""
 
     position: Array
-    """(n, 2) lowest and highest positions [rad]; infinite of continuous joints"""
+    """(n, 2) lowest and highest position of each joint [rad]; infinite of a continuous
+    joint"""
     speed: Array
     """(n,) [rad/s]"""
     acceleration: Array

@@ -143,9 +143,11 @@ class Cuts:
 GRID = 30.0
 """[Hz] Rate of the optimisation's grid: ten times that of the motion."""
 FINEST_PIECE = 0.3
-"""[s] Least duration of a polynomial piece: cobots follow some 1.5 Hz."""
+"""[s] Least duration of a polynomial piece: motion up to some 1.5 Hz, which cobots
+follow."""
 MOST_PIECES = 100
-"""Largest number of polynomial pieces: longer motions are slower."""
+"""Largest number of polynomial pieces: more would take too long, so longer motions are
+slower."""
 
 
 @immutable

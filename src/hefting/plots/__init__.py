@@ -37,7 +37,8 @@ FIGURES = {
         "object, and how sure one is expected to become",
     ),
 }
-"""File and content of each figure, by the public function that draws it."""
+"""File and content of each figure, by the function that draws it, a public name of this
+package."""
 
 _HOME = {name: file for name, (file, _) in FIGURES.items()} | {
     "picture_of": "style",

@@ -28,7 +28,8 @@ MAX_NUMBERS = 50_000_000
 """Most numbers that the vertices of a PLY file may have in all (0.4 GB)."""
 
 MAX_NODES = 10_000
-"""Most nodes of a scene: placing them can take the square of their number."""
+"""Most nodes of a scene: the time to place them can grow with the square of their
+number."""
 
 PART = 2**20
 """Bytes of a block in which words are counted."""

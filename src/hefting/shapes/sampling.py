@@ -47,7 +47,8 @@ GOOD = 0.01
 FEWEST, MOST = 0.9, 1.3
 """Preferred number of points of a grid over the wanted one."""
 PHASES = (0.5, 0.0, 0.25, 0.75)
-"""First grid point in the first cell; 0.5 centres the grid in the bounding box."""
+"""Where the first grid point lies in the first cell; 0.5 centres the grid in the
+bounding box."""
 
 LATTICE = {
     0.5: (0.0, 0, 0),

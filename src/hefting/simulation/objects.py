@@ -28,7 +28,8 @@ STEEL, ASH_WOOD = 7850.0, 680.0
 """Densities [kg/m³]."""
 
 SECTIONS = 96
-"""Number of sides of the prism for a cylinder in a mesh, 0.07 % too small."""
+"""Number of sides of the prism for a cylinder in a mesh, whose volume is 0.07 % too
+small."""
 
 
 @immutable

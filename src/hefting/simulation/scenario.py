@@ -29,7 +29,8 @@ MOTIONS = ("sinusoids", "random", "stop-and-go")
 
 JOINER_HAMMER = "joiners-hammer"
 OBJECTS = (*MODULAR, JOINER_HAMMER)
-"""Objects by name: eight of the modular object, and a hammer of wood and steel."""
+"""Objects by name: the modular object's eight configurations, and a hammer of wood and
+steel."""
 
 MOST_SAMPLES = 5_000_000
 """Most samples of a simulated motion."""

@@ -14,7 +14,8 @@ PIECE = 1 << 16
 """Largest number of bytes that are read at once."""
 
 PIECES = 64
-"""Most waiting pieces; the writer of the pipe waits, and no data is lost."""
+"""Largest number of waiting pieces; the writer of the pipe waits then, and no data is
+lost."""
 
 
 class StandardInput(NamedSource):

@@ -45,7 +45,8 @@ from hefting.estimators.sample_state import require_weight
 from hefting.shapes import Shape
 
 MOST_PASSES = 6
-"""Largest number of passes for noise and parameters, for a certain shape."""
+"""Largest number of passes in which noise and parameters are found in turn, for a shape
+that is certain."""
 MOST_PASSES_UNCERTAIN_SHAPE = 12
 """The same for an uncertain shape, whose distortion is found as well."""
 LARGEST_POSE_STD = (10.0, 1.6)

@@ -34,7 +34,8 @@ PROBABILITY_WHITE = 0.85
 """Prior probability of white noise. Most sensors are specified as white, and a white
 record should not have much wider intervals for noise that it rules out."""
 PROBABILITY_ONE_PROCESS = 0.1
-"""Prior probability of one first-order process beside white noise; 0.05 is for two."""
+"""Prior probability of one first-order process beside white noise; the remaining 0.05
+is for two."""
 PROCESS_VARIANCES = 4.0 ** np.arange(-4, 7)
 """(11,) variances of a process over that of the white noise, equally probable."""
 LONGEST_CORRELATION = 4.0

@@ -95,7 +95,8 @@ REFERENCE_LENGTH = 0.25
 WITHIN_CELL_VARIANCE = 0.2
 """Variance of the density within cells, relative to that between them."""
 CURVED_SHELL_VARIANCE = 0.3
-"""Variance of the depth rank's second Legendre polynomial over the first's."""
+"""Variance of the second Legendre polynomial of the depth rank, relative to that of the
+first."""
 TENSOR_MULTIPLICITY = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0))
 """(6,) number of times each entry xx, xy, xz, yy, yz, zz occurs in the tensor."""
 

@@ -32,7 +32,8 @@ from hefting.core.spatial import Array
 from hefting.estimators.bayes.samples import Samples
 
 REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
-"""(6, 6, 10) derivative of the regressor by the accelerations: D above."""
+"""(6, 6, 10) derivative of the regressor by linear and angular acceleration: D
+above."""
 
 NO_ERROR, ERROR = 0.5, 0.75
 """Shares of the information that lasting errors make by themselves, up to which all of it

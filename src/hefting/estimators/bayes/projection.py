@@ -21,7 +21,8 @@ from hefting.core.spatial import Array
 from hefting.estimators.quadratic import nonnegative_least_squares
 
 DISTANCE_WEIGHT = 1e4
-"""Weight w of the distance of the parameters, relative to evenness of the masses."""
+"""Weight w of the distance from the parameters, relative to the evenness of the mass
+distribution."""
 SMALL_WEIGHT = 30.0
 """Smaller w whose solution is the start of the final one. In 473 projections of the
 tests Newton's method misses `DUAL_TOLERANCE` 41 times without it and 28 times with it,

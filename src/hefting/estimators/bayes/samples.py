@@ -19,7 +19,8 @@ from hefting.estimators.joint_state import (
 )
 
 NOISE_FLOOR_SHARE = 1e-6
-"""Smallest noise over the wrench's root mean square: what is smaller is rounding."""
+"""Smallest noise, relative to the wrench's root mean square: smaller values are due to
+rounding."""
 POOR_SENSOR_NOISE = 0.05
 """Noise of a poor sensor relative to its wrench, assumed while there are too few
 samples to measure it."""

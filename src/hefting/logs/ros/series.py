@@ -12,7 +12,8 @@ from hefting.core.messages import Message, note, warning
 from hefting.core.spatial import Array, changed_rows
 
 FAR_BACK = 1_000_000_000
-"""[ns] Largest step back of stamps out of order; a larger one is another clock."""
+"""[ns] Largest step back of stamps of messages out of order; a larger one means another
+clock."""
 
 
 @dataclass(frozen=True)
