@@ -80,7 +80,7 @@ def of_posterior(posterior: Posterior) -> dict[str, Any]:
     }
 
 
-OMITTED = ("mixture", "last", "prior", "move")
+OMITTED = ("mixture", "last", "prior", "move", "samples")
 """Parts of a posterior that are told by their numbers."""
 
 

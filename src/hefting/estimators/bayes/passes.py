@@ -135,12 +135,10 @@ class Passes:
 
     def next(self, last: Pass, scores: Array) -> Pass:
         """The next pass, about the COM of `last` and the distortion `scores` (d,)."""
-        placed = self.prior.about(scores, last.center)
-        scale, noise = last.scale, last.noise
+        noise = last.noise
         if last.tells_mass:
-            scale = self._scale(last.measured)
             noise = self.source.found(last.measured, noise)
-        return self._posterior(placed, last.center, scale, noise, 1.0)
+        return self._after(last, scores, noise)
 
     def again(self, found: Pass) -> Pass | None:
         """The first pass in place of the second, if that would have the same prior and
@@ -153,8 +151,14 @@ class Passes:
 
     def continued(self, last: Pass) -> Pass:
         """The first pass, from the last pass of fewer samples of the same object."""
-        noise = replace(last.noise, expected=None)  # of other time scales
-        return self.next(replace(last, noise=noise), last.scores)
+        before = replace(last.noise, expected=None)  # of other time scales
+        noise = self.source.found(last.measured, before)
+        return self._after(last, last.scores, noise)
+
+    def _after(self, last: Pass, scores: Array, noise: NoiseFound) -> Pass:
+        placed = self.prior.about(scores, last.center)
+        scale = self._scale(last.measured) if last.tells_mass else last.scale
+        return self._posterior(placed, last.center, scale, noise, 1.0)
 
     def settled(self, last: Pass) -> Pass:
         """The last pass, with larger noise if stretches of the record disagree by more
