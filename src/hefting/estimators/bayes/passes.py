@@ -156,6 +156,7 @@ class Passes:
         return self._after(last, last.scores, noise)
 
     def _after(self, last: Pass, scores: Array, noise: NoiseFound) -> Pass:
+        """A pass about the COM of `last`, with its prior's mass if that tells none."""
         placed = self.prior.about(scores, last.center)
         scale = self._scale(last.measured) if last.tells_mass else last.scale
         return self._posterior(placed, last.center, scale, noise, 1.0)
