@@ -57,7 +57,10 @@ LATEST = 0.4
 STILL = 20.0
 """Size of its deviation above which the touch is not over."""
 LARGEST_MISFIT = 2.5
-"""Residual of another body's fit over the noise, above which none explains a window."""
+"""Misfit of another body, above which none explains a window."""
+ACCELERATION_ERROR = 0.006
+"""Error of the accelerations over gravity, as at the corners of a trapezoidal velocity, by
+which a body of the deviation's weight misses it."""
 INERTIA_ARM = 0.3
 """[m] Prior standard deviation of another body's radius of gyration."""
 LONGEST = 6.0
@@ -74,7 +77,8 @@ class Deviation:
     """d' cov(d)^-1 d over the scale of the noise, as errors that make the noise coloured,
     such as hysteresis, are larger in samples that were not fitted"""
     misfit: float
-    """root mean square of the residuals of a fit of another body, over the noise"""
+    """root mean square of the residuals of a fit of another body, over the noise and
+    `ACCELERATION_ERROR`"""
 
 
 @immutable
@@ -180,8 +184,9 @@ class Expected:
         change = white @ _right(A, W, r)
         root = np.sqrt(W)
         left = _unexplained(X[:, :, :10] * root[:, :, None], r * root, abs(change[0]))
+        square = 1.0 + ACCELERATION_ERROR**2 * np.square(r * root).mean()
         size = float(change @ np.linalg.lstsq(covariance, change, rcond=1e-12)[0])
-        return Deviation(size / scale, float(np.sqrt(np.square(left).mean())))
+        return Deviation(size / scale, float(np.sqrt(np.square(left).mean() / square)))
 
     def _columns(self, z: Measurements) -> Array:
         """(K, 6, 22) derivatives of the wrench by x."""
