@@ -156,15 +156,16 @@ def _merged(fit: JointFit, labels: list[int]) -> list[int] | None:
 def without_contacts(model: JointModel, reference: float) -> Mask:
     """(L,) whether each interval has a body; one that has none is a contact.
 
-    Greedy: the run of intervals whose removal lowers the cost most is taken for a
-    contact, until none lowers it. `reference` is the variance of the residuals where a
-    body explains the wrench.
+    Greedy: the run of intervals that lowers the cost most as a contact, or with bodies
+    again, becomes one, until none lowers it: beside two contacts the body between them
+    may seem to be one. `reference` is the variance of the residuals where a body explains
+    the wrench.
     """
     alone = SeparateBodies(model)
     held = np.ones(len(model.intervals), dtype=bool)
     cost = float(alone.costs(held[None], reference)[0])
     while True:
-        others = _with_a_contact(held)
+        others = _with_a_run_changed(held)
         if not len(others):
             return held
         costs = alone.costs(others, reference)
@@ -174,17 +175,19 @@ def without_contacts(model: JointModel, reference: float) -> Mask:
         held = others[np.argmin(costs)]
 
 
-def _with_a_contact(held: Mask) -> Mask:
-    """(N, L) the choices with one more run of intervals without a body; one interval at
-    least keeps its body."""
+def _with_a_run_changed(held: Mask) -> Mask:
+    """(N, L) the choices with one more run of intervals without a body or with bodies; one
+    interval at least keeps its body."""
     L = len(held)
     others = []
     for begin, end in itertools.combinations(range(L + 1), 2):
-        other = held.copy()
-        other[begin:end] = False
-        if end - begin <= MOST_JOINED and other.any() and held[begin:end].any():
-            others.append(other)
-    return np.array(others).reshape(-1, L)
+        for with_body in (False, True):
+            other = held.copy()
+            other[begin:end] = with_body
+            changed = (other[begin:end] != held[begin:end]).any()
+            if end - begin <= MOST_JOINED and other.any() and changed:
+                others.append(other)
+    return np.array(others, dtype=bool).reshape(-1, L)
 
 
 class SeparateBodies:
