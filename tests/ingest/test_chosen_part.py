@@ -10,12 +10,7 @@ from benchmarks.changing import case
 from given_cases import correct, mistake, undone_of
 from hefting.ingest import chosen_part, condition
 from hefting.ingest.ingest import ingest
-from hefting.ingest.rivals import (
-    axis_flipped,
-    base,
-    pose_forms,
-    two_mistakes,
-)
+from hefting.ingest.rivals import bias, two_mistakes, units
 
 
 @pytest.fixture
@@ -46,24 +41,24 @@ def test_two_mistakes_are_not_looked_for_beside_a_change_that_leaves_a_right_par
 
 
 @pytest.mark.parametrize(
-    ("other", "searched"),
+    ("made", "searched"),
     [
-        (("inverse pose", "whole"), [False, True]),
-        (("axis flipped", "fx"), [False, True, True]),
+        ((("turned about x", "180°"), ("unit of force", "kgf")), [False, True]),
+        ((("unit of position", "in"), ("bias none", "1 N")), [False, True, True]),
     ],
     ids=["one explains the whole", "the part is wrong"],
 )
 def test_two_mistakes_that_look_like_changes_are_found_in_the_whole(
-    other, searched, searches, monkeypatch
+    made, searched, searches, monkeypatch
 ):
     """In place of one that explains all of it, and of a part that is wrong; among a few
     that are undone."""
-    among = undone_of(pose_forms.inverse_undone, base.undone, axis_flipped.undone)
+    among = undone_of(units.force_undone, units.position_undone, bias.undone)
     monkeypatch.setattr(two_mistakes, "UNDONE", among)
     given, rng = correct(2), np.random.default_rng(1)
-    for name in (other, ("gravity", "upwards")):
+    for name in made:
         given = mistake(*name).make(given, rng)
-    found = ingest(given.recording, gravity=given.options["gravity"])
+    found = ingest(given.recording, bias=given.options.get("bias", "auto"))
     assert found.changes is None
     assert found.doubt is not None
     assert found.doubt.second is not None
