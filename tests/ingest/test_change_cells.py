@@ -171,9 +171,10 @@ def test_a_contact_is_four_times_as_large_as_noise(size, held):
     cells = random_cells(rng, 90)
     cells.wrench[20:50] += (size**2 - 1.0) ** 0.5 * rng.normal(size=(30, 6))
     model = JointModel(cells, [(0, 20), (20, 50), (50, 90)])
-    assert without_contacts(model, 1.0).tolist() == [True, held, True]
+    alone = np.ones(3, dtype=bool)
+    assert without_contacts(model, 1.0, alone).tolist() == [True, held, True]
     # of noisier bodies a larger push is none
-    assert without_contacts(model, 4.0).all()
+    assert without_contacts(model, 4.0, alone).all()
     found = assign(cells)
     assert found is not None
     assert len({label for label in found.labels if label != NO_BODY}) == 1
@@ -189,7 +190,8 @@ def test_what_is_held_between_two_contacts_is_a_body():
     for begin in (75, 145):
         cells.wrench[begin : begin + 10] += 200.0 * rng.normal(size=(10, 6))
     intervals = [(0, 75), (75, 85), (85, 145), (145, 155), (155, 200)]
-    held = without_contacts(JointModel(cells, intervals), 1.0)
+    model, alone = JointModel(cells, intervals), np.ones(5, dtype=bool)
+    held = without_contacts(model, 1.0, alone)
     assert held.tolist() == [True, False, True, False, True]
 
 

@@ -129,10 +129,14 @@ def assign(cells: Cells) -> Assignment | None:
     if len(intervals) > max(MOST_INTERVALS, np.ptp(cells.time) / SHORTEST_MEAN):
         return None
     model = JointModel(cells, intervals)
-    long = [i for i in intervals if i[1] - i[0] >= FEWEST_CELLS_OF_REFERENCE]
-    each = [JointModel(cells, [i], drift=1).fit([0]) for i in long]
-    reference = min((float(fit.variance.max()) for fit in each), default=1.0)
-    held = without_contacts(model, max(reference, 1.0))
+    each = [JointModel(cells, [i], drift=1).fit([0]) for i in intervals]
+    variances = np.array([fit.variance for fit in each])
+    long = model.lengths >= FEWEST_CELLS_OF_REFERENCE
+    least = variances.max(axis=1)[long].min() if long.any() else 1.0
+    reference = max(float(least), 1.0)
+    ratios = np.maximum(variances / reference, 1.0)
+    alone = ratios.prod(axis=1) < CONTACT_VARIANCE**2
+    held = without_contacts(model, reference, alone)
     labels = [i if held[i] else NO_BODY for i in range(len(intervals))]
     while True:
         fit = model.fit(labels)
@@ -153,24 +157,33 @@ def _merged(fit: JointFit, labels: list[int]) -> list[int] | None:
     return [names[i] if label == names[j] else label for label in labels]
 
 
-def without_contacts(model: JointModel, reference: float) -> Mask:
+def without_contacts(model: JointModel, reference: float, alone: Mask) -> Mask:
     """(L,) whether each interval has a body; one that has none is a contact.
 
-    Greedy: the run of intervals that lowers the cost most as a contact, or with bodies
-    again, becomes one, until none lowers it: beside two contacts the body between them
-    may seem to be one. `reference` is the variance of the residuals where a body explains
-    the wrench.
+    Greedy, from bodies in all intervals, and in those that one explains `alone` (L,), as
+    several contacts with bodies mislead what all share: the run of intervals that lowers
+    the cost most as a contact, or with bodies again, becomes one, until none lowers it.
+    `reference` is the variance of the residuals where a body explains the wrench.
     """
-    alone = SeparateBodies(model)
-    held = np.ones(len(model.intervals), dtype=bool)
-    cost = float(alone.costs(held[None], reference)[0])
+    bodies, starts = SeparateBodies(model), [np.ones_like(alone)]
+    if alone.any() and not alone.all():
+        starts.append(alone)
+    found = [_cheapest_near(bodies, start, reference) for start in starts]
+    return min(found, key=lambda each: each[0])[1]
+
+
+def _cheapest_near(
+    bodies: "SeparateBodies", held: Mask, reference: float
+) -> tuple[float, Mask]:
+    """The least cost that changes of one run after the other lead to, and its choice."""
+    cost = float(bodies.costs(held[None], reference)[0])
     while True:
         others = _with_a_run_changed(held)
         if not len(others):
-            return held
-        costs = alone.costs(others, reference)
+            return cost, held
+        costs = bodies.costs(others, reference)
         if not costs.min() < cost:
-            return held
+            return cost, held
         cost = float(costs.min())
         held = others[np.argmin(costs)]
 
