@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from changing_cells import body, random_cells
+from hefting.ingest.changes import assignment
 from hefting.ingest.changes.assignment import (
     NO_BODY,
     Assignment,
@@ -193,6 +194,27 @@ def test_what_is_held_between_two_contacts_is_a_body():
     model, alone = JointModel(cells, intervals), np.ones(5, dtype=bool)
     held = without_contacts(model, 1.0, alone)
     assert held.tolist() == [True, False, True, False, True]
+
+
+@pytest.mark.parametrize(("cost", "kept"), [(1.0, "1010"), (20.0, "1111")])
+def test_contacts_that_mislead_together_are_left_out_together(cost, kept, monkeypatch):
+    """Each of two contacts costs more alone, and both less, or more."""
+
+    class Costs:
+        def __init__(self, model):
+            pass
+
+        def costs(self, held, reference):
+            found = [10.0 if each.all() else 30.0 for each in held]
+            both = (held == (True, False, True, False)).all(axis=1)
+            return np.where(both, cost, found)
+
+    monkeypatch.setattr(assignment, "SeparateBodies", Costs)
+    alone = np.array((True, False, True, False))
+    held = without_contacts(None, 1.0, alone)
+    assert "".join(map(str, held.astype(int))) == kept
+    # from bodies in all of them no run alone lowers the cost
+    assert without_contacts(None, 1.0, np.ones(4, dtype=bool)).all()
 
 
 def test_an_object_that_is_placed_again_and_again_is_two_bodies():
