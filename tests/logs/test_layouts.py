@@ -246,6 +246,41 @@ NAMES = {
             WRENCH / ((4.4482216152605,) * 3 + (4.4482216152605 * 0.0254,) * 3),
         ),
     ),
+    "an estimate of the controller by better names": (
+        f"{BASIC} {each('tool_external_wrench_force_*')} "
+        f"{each('tool_external_wrench_torque_*')} {numbered('ft_', 6)}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "Franka's estimate beside a sensor": (
+        f"{BASIC} {numbered('K_F_ext_hat_K_', 6)} {numbered('ft_', 6)}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "a compensated wrench by canonical names": (
+        f"{BASIC} {FT} {each('*_raw', FT)}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "the position of a point, in its unit": (
+        f"time_s {each('tip_*_mm')} qx qy qz qw fx fy fz taux tauy tauz",
+        (TIME, 1e3 * POSITION, QUATERNION, WRENCH),
+    ),
+    "Chinese": (
+        f"时间 {POSE} {each('力*', 'X Y Z')} {each('力矩*', 'X Y Z')}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "a time of any language by its unit": (
+        f"Čas[ms] {each('*[mm]', 'X Y Z')} qx qy qz qw {each('F*')} {each('M*')}",
+        (1e3 * TIME, 1e3 * POSITION, QUATERNION, WRENCH),
+    ),
+    "a time with a word behind": (
+        f"n t_robot {POSE} {FT}",
+        (np.arange(ROWS), TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "Simulink's structures with time": (
+        f"wrench.time {numbered('wrench.signals.values_', 6)} pose.time "
+        f"{numbered('pose.signals.values_', 7)}",
+        (TIME, WRENCH, TIME, POSITION, QUATERNION),
+    ),
+    "Simulink's time": (f"tout {POSE} {FT}", (TIME, POSITION, QUATERNION, WRENCH)),
     "kilograms": (
         f"elapsed {POSE} {each('F*[kg]')} {each('M*[kg-cm]')}",
         (
@@ -329,6 +364,42 @@ def test_what_stands_in_brackets_may_be_no_unit():
     names = f"{BASIC} {each('F*(tool)')} {each('T*(tool)')}"
     got = hefting.as_recording(frame_of(names, (TIME, POSITION, QUATERNION, WRENCH)))
     assert codes(got.warnings) == {"columns-by-name"}
+
+
+def test_a_count_of_rows_is_no_time():
+    names = f"time_step {each('F*')} {each('M*')} {POSE}"
+    parts = np.arange(ROWS), WRENCH, POSITION, QUATERNION
+    with pytest.raises(InputError, match="no column seems to be the time"):
+        hefting.as_recording(frame_of(names, parts))
+
+
+def test_a_translation_of_another_frame_is_no_torque():
+    """As in the logs of mc_rtc, whose torques are ``cx cy cz``."""
+    base = f"{each('ff_q*', 'w x y z')} {each('ff_t*')}"
+    names = f"t {base} {each('EEForceSensor_f*')} {each('EEForceSensor_c*')}"
+    frame = frame_of(names, (TIME, WXYZ, POSITION, WRENCH))
+    with pytest.raises(InputError, match=r"the wrench: .*'EEForceSensor_cx'"):
+        hefting.as_recording(frame)
+    frame.columns = [name.replace("r_c", "r_m") for name in frame.columns]
+    assert same(hefting.as_recording(frame))
+
+
+@pytest.mark.parametrize("unit", ["Meters", "Centimeters", "Millimeters"])
+def test_motive_states_the_unit_of_lengths_above_the_names(tmp_path, unit):
+    kinds = ["Rotation"] * 4 + ["Position"] * 3
+    text = [f"Format Version,1.23,Length Units,{unit},Coordinate Space,Global", ""]
+    text += [
+        f",{one},{','.join([word] * 7)}"
+        for one, word in (("Type", "Rigid Body"), ("Name", "Tool"), ("ID", "A1"))
+    ]
+    text += [f",,{','.join(kinds)}", "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z"]
+    scale = {"Meters": 1.0, "Centimeters": 100.0, "Millimeters": 1000.0}[unit]
+    table = np.column_stack((np.arange(ROWS), TIME, QUATERNION, scale * POSITION))
+    text += [",".join(map(repr, row)) for row in table.tolist()]
+    (tmp_path / "take.csv").write_text("\n".join(text))
+    frame = frame_of(f"time {FT}", (TIME, WRENCH))
+    frame.to_csv(tmp_path / "ft.csv", index=False)
+    assert same(read_log(tmp_path / "ft.csv", poses=tmp_path / "take.csv"))
 
 
 @pytest.mark.parametrize(

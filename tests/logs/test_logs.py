@@ -129,6 +129,7 @@ def test_rows_that_move_smoothly_are_hardly_static_poses(tmp_path):
         assert got.static
         assert len(got.warnings) == count
         for said in got.warnings:
+            assert (said.code, said.code in NO_DOUBT) == ("time-missing", False)
             assert "although they move smoothly" in said
             assert "time = { rate = 250 }" in said
 

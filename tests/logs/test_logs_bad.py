@@ -255,8 +255,8 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe.csv")
     fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".npz", ".bag", ".mcap", ".db3"):
-        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.h5"), "'.h5'", suffix)
-    fails(tmp_path / "log.h5", "`hefting.as_recording` takes arrays or columns")
+        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.mf4"), "'.mf4'", suffix)
+    fails(tmp_path / "log.mf4", "`hefting.as_recording` takes arrays or columns")
     fails(tmp_path / "log", "does not exist")
     with open(tmp_path / "huge.csv", "wb") as huge:
         huge.truncate(3 * 1024**3)  # sparse: takes no room on the disk
@@ -294,6 +294,12 @@ def test_writing_says_where_it_cannot(tmp_path):
         ),
         ("log.json", "not a log format; write one sample a line (.jsonl)"),
         ("log.csv.gz", "is packed with gzip; unpack it"),
+        ("log.h5", "is HDF5; write it as CSV in Python: hefting.write_log("),
+        (
+            "log.tdms",
+            "(hefting.as_recording(nptdms.TdmsFile(path).groups()[0].as_dataframe()), 'log.csv')",
+        ),
+        ("log.pkl", "is a pickle; write it as CSV"),
     ],
 )
 def test_files_of_other_kinds_say_what_to_do(tmp_path, name, said):

@@ -37,6 +37,18 @@ OTHERS = {
     ),
 }
 """What files of other endings are, and what to do with them."""
+WRITE = (
+    "write it as CSV in Python: hefting.write_log(hefting.as_recording({}), 'log.csv')"
+)
+OTHERS |= {
+    ".hdf5": ("is HDF5", WRITE.format("h5py.File(path)")),
+    ".pkl": ("is a pickle", WRITE.format("pandas.read_pickle(path)")),
+    ".tdms": (
+        "is TDMS",
+        WRITE.format("nptdms.TdmsFile(path).groups()[0].as_dataframe()"),
+    ),
+}
+OTHERS |= {".h5": OTHERS[".hdf5"], ".pickle": OTHERS[".pkl"]}
 OTHERS |= dict.fromkeys((".xls", ".xlsm", ".ods"), OTHERS[".xlsx"])
 
 

@@ -15,12 +15,14 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.logs.map_groups import (
+    ESTIMATED,
     WORDS,
     Choice,
     Groups,
     best_of,
     group_columns,
     is_other,
+    names_frame,
     rank_of,
     words_of,
 )
@@ -40,6 +42,7 @@ from hefting.logs.map_text import (
     summary_of,
     unit_entry,
     unread_of,
+    unread_positions,
 )
 from hefting.logs.map_time import time_of
 
@@ -135,6 +138,9 @@ def _guesses(sample: Sample) -> list[Guess]:
                 found.append(guess)
                 taken |= set(guess.columns)
                 keys.add(guess.key)
+    places = [c for c in unread_positions(sample, found) if _is_position(sample, c)]
+    if (place := best_of(places)) is not None:
+        found.append(_length("position", sample, place.columns, place.equals))
     return found
 
 
@@ -143,7 +149,8 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
     first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
     second = _torque(groups, {*first.words}) if first else None
-    if first and second:
+    is_better = _is_estimate(sample, six) or not _is_estimate(sample, first)
+    if first and second and is_better:
         force, torque = first.columns, second.columns
         equals = first.equals + second.equals
         if six and "tcp" not in six.words:  # of a TCP a controller estimates it
@@ -160,13 +167,19 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     return Guess("wrench", (*force, *torque), (units, *axes), remark, equals)
 
 
+def _is_estimate(sample: Sample, choice: Choice | None) -> bool:
+    """Whether a wrench is an estimate by its name, or none."""
+    return choice is None or bool(ESTIMATED.search(sample.names[choice.columns[0]]))
+
+
 def _torque(groups: Groups, near: set[str]) -> Choice | None:
     """The torque of a force. If there are ``tx`` and ``mx``, ``tx`` is a translation,
     unless the position is in other columns: then ``mx`` may be of a magnetometer."""
     torque = groups.find("torque", "xyz", near)
     kind = "torque-or-translation"
     either = groups.find(kind, "xyz", near) or groups.numbered(kind, 3, near)
-    if either is None:
+    of = {*either.words} - QUANTITY_WORDS if either else set()
+    if either is None or (of and not of & near):  # ``base_tx`` beside ``sensor_fx``
         return torque or groups.numbered("torque", 3, near)
     if torque is None:
         return either
@@ -289,7 +302,6 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
         groups.find("position", "xyz", near)
         or groups.numbered("position", 3, near)
         or groups.xyz_of_words(near - QUANTITY_WORDS)
-        or _of_frame(sample, groups)
         or groups.find("torque-or-translation", "xyz", near)
     )
     if choice is None:
@@ -297,17 +309,14 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     return _length("position", sample, choice.columns, choice.equals)
 
 
-def _of_frame(sample: Sample, groups: Groups) -> Choice | None:
-    """A position by the name of its frame alone, ``sensor_x``, where that cannot be a
-    force: the wrench has columns of its own, and no unit is other than of length."""
-    choice = groups.xyz_of_frame()
-    if choice is None or _wrench(sample, groups, set()) is None:
-        return None
+def _is_position(sample: Sample, choice: Choice) -> bool:
+    """Whether columns x, y, z that no quantity claims are a position, by a unit of length
+    or the name of a frame alone without another unit."""
+    if sample.stated_unit(choice.columns, "length"):
+        return True
     others = (sample.stated_unit(choice.columns, k) for k in ("force", "torque"))
-    is_other_unit = sample.unknown_unit(choice.columns) or any(others)
-    if is_other_unit and not sample.stated_unit(choice.columns, "length"):
-        return None
-    return choice
+    is_other = sample.unknown_unit(choice.columns) or any(others)
+    return names_frame(choice.words) and not is_other
 
 
 def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:

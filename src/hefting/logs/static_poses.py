@@ -94,6 +94,8 @@ def warn_about_static(recording: Recording) -> Recording:
         said = note("no-time-column", what)
         return replace(recording, notes=(*recording.notes, said))
     said = warning("no-time-column", what)
+    if signs:
+        said = warning("time-missing", what, "column_map")
     return replace(recording, warnings=(*recording.warnings, said))
 
 
