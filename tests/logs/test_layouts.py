@@ -281,6 +281,18 @@ NAMES = {
         (TIME, WRENCH, TIME, POSITION, QUATERNION),
     ),
     "Simulink's time": (f"tout {POSE} {FT}", (TIME, POSITION, QUATERNION, WRENCH)),
+    "a sensor's name behind": (
+        f"{BASIC} {each('F*_ati')} {each('T*_ati')}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "an arm's name behind": (
+        f"{BASIC} {each('force_*_left')} {each('torque_*_left')}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "a translation by the letter of the torque": (
+        f"time {each('pose_t*')} {each('pose_q*', 'x y z w')} {each('wrench_*', FT)}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
     "kilograms": (
         f"elapsed {POSE} {each('F*[kg]')} {each('M*[kg-cm]')}",
         (

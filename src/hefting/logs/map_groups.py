@@ -11,7 +11,7 @@ from hefting.logs.units import ALIASES, UNITS, squeezed
 WORDS = {
     "force": ("f", "force", "forces", "kraft", "fuerza", "forza", "力"),
     "torque": (
-        *("m", "torque", "torques", "moment", "moments", "tau", "mom"),
+        *("m", "torque", "torques", "moment", "moments", "tau", "mom", "mu"),
         *("torq", "drehmoment", "forcer", "wrenchr", "couple", "par"),
         *("momento", "coppia", "モーメント", "トルク", "力矩", "扭矩", "转矩"),
     ),
@@ -48,6 +48,9 @@ WORDS = {
     "accelerometer": ("acc", "accel", "accelerometer"),
 }
 """Words that columns of each kind may have before their component."""
+
+QUANTITY_WORDS = frozenset(word for words in WORDS.values() for word in words)
+"""Words of quantities, as opposed to those of an object or place."""
 
 OTHER = {
     *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
@@ -253,17 +256,21 @@ def group_columns(names: Sequence[str]) -> Groups:
 
 def split_name(name: str) -> list[str]:
     """Words of a name in small letters, its component last: ``Force_X``, ``forceX``,
-    ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``, ``joint4_position`` in
-    ``position``, ``4``."""
+    ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``, ``Fx_ati`` in ``f``, ``x``,
+    ``joint4_position`` in ``position``, ``4``."""
     words = small_words(re.sub(NUMBERED, r"\1_\3_\2", "_".join(words_of(name))))
     if len(words) > 2 and re.fullmatch(r"[wb](\d+|[w-z])", "".join(words[-2:])):
         del words[-2]  # a frame, as in Isaac Lab
     places = [i for i, word in enumerate(words) if word in set("xyzw")]
     if places:
-        return [*words[: places[-1]], *words[places[-1] + 1 :], words[places[-1]]]
+        component = words.pop(at := places[-1])
+        at = at if words[:at] and words[at - 1] in QUANTITY_WORDS else 0
+        return [*words[at:], *words[:at], component]  # ``force_x_left``
     behind: list[str] = []
     while len(words) > 1 and (words[-1] in ASIDE | OTHER):
         behind.append(words.pop())
+    if words and (first := re.fullmatch(r"([fmtqrp])([xyzw])", words[0])):
+        return [*behind, *words[1:], *first.groups()]
     match = re.fullmatch(r"(.*?[a-z])([xyzw]|\d+)", words[-1]) if words else None
     return [*behind, *words[:-1], *((match[1], match[2]) if match else words[-1:])]
 

@@ -16,7 +16,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.logs.map_groups import (
     ESTIMATED,
-    WORDS,
+    QUANTITY_WORDS,
     Choice,
     Groups,
     best_of,
@@ -54,9 +54,6 @@ ORIENTATION_EXAMPLE = (
     '["rx", "ry", "rz"], form = "euler", order = "ZYX", unit = "deg" }'
 )
 """Lines for a time or orientation that was not found."""
-
-QUANTITY_WORDS = frozenset(word for words in WORDS.values() for word in words)
-"""Words of quantities, as opposed to those of an object or place."""
 
 OF_FRANKA = re.compile("(?<![A-Za-z])([OK])_?F_?ext", re.IGNORECASE)
 """Franka's wrench about the stiffness frame, in axes of the base or of that frame."""

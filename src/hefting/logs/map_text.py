@@ -92,8 +92,10 @@ def summary_of(sample: Sample, guess: Guess) -> str:
 
 def doubts_of(sample: Sample, guesses: Sequence[Guess]) -> Iterator[str]:
     """Quantities that may be in other columns, or in another unit, one sentence each."""
+    used = {column for guess in guesses for column in guess.columns}
     for guess in guesses:
-        names = [printable(sample.names[j])[-60:] for j in guess.equals[:3]]
+        equals = [j for j in guess.equals if j not in used]
+        names = [printable(sample.names[j])[-60:] for j in equals[:3]]
         if names:
             first = printable(sample.names[guess.columns[0]])[-60:]
             what = f"the {guess.key} may begin with {first} or with"
