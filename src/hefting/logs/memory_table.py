@@ -19,6 +19,9 @@ from hefting.logs.arrays import ARRAYS, elapsed, recording_from_arrays
 from hefting.logs.map_time import names_time
 from hefting.logs.table import LONGEST_LIST, Block, summarize_list
 
+TEXTS = ("O", "S", "U")
+"""Kinds of arrays of no numbers, whose lengths are not those of samples."""
+
 
 @immutable
 class MemoryTable:
@@ -66,11 +69,16 @@ class MemoryTable:
 
         An array ``ft`` (K, 6) becomes columns ``ft_0`` to ``ft_5``, ``pose`` (K, 4, 4)
         columns ``pose_0`` to ``pose_15``, row by row; ``q`` in a dictionary ``robot``
-        columns ``robot.q_0``, ... . K is the most frequent length of an axis; an array
+        columns ``robot.q_0``, ... . K is the most frequent length of an axis of numbers; an array
         (6, K) is transposed.
         """
         flat = dict(_flat(arrays))
-        lengths = Counter(n for values in flat.values() for n in {*_shape(values)})
+        lengths = Counter(
+            length
+            for values in flat.values()
+            if getattr(getattr(values, "dtype", None), "kind", "") not in TEXTS
+            for length in {*_shape(values)}
+        )
         samples = max(lengths, key=lambda n: (lengths[n], n), default=0)
         flat = {name: _samples_first(values, samples) for name, values in flat.items()}
         columns: dict[str, Any] = {}
