@@ -380,9 +380,28 @@ def test_what_stands_in_brackets_may_be_no_unit():
 
 def test_a_count_of_rows_is_no_time():
     names = f"time_step {each('F*')} {each('M*')} {POSE}"
-    parts = np.arange(ROWS), WRENCH, POSITION, QUATERNION
+    rows = np.tile(np.column_stack((WRENCH, POSITION, QUATERNION)), (2, 1))
+    parts = np.arange(2 * ROWS), rows
     with pytest.raises(InputError, match="no column seems to be the time"):
         hefting.as_recording(frame_of(names, parts))
+
+
+def test_a_few_rows_without_a_time_are_static_poses(tmp_path):
+    """As a sheet of a calibration has them, numbered or not; but not where another
+    column may be a time of an unknown name."""
+    names = (
+        f"{each('*[mm]', 'X Y Z')} {each('*[deg]', 'A B C')} {each('F*')} {each('M*')}"
+    )
+    parts = 1e3 * POSITION, np.degrees(ZYX), WRENCH
+    frame = frame_of(f"No {names}", (np.arange(ROWS), *parts))
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    for got in (read_log(tmp_path / "log.csv"), hefting.as_recording(frame)):
+        assert got.static
+        assert codes(got.warnings) == {"columns-by-name"}
+        np.testing.assert_allclose(got["position"].values, POSITION, atol=1e-12)
+    frame = frame_of(f"Takt {names}", (TIME, *parts))
+    with pytest.raises(InputError, match="the time: unknown are 'Takt'"):
+        hefting.as_recording(frame)
 
 
 def test_a_translation_of_another_frame_is_no_torque():

@@ -45,6 +45,7 @@ from hefting.logs.map_text import (
     unread_positions,
 )
 from hefting.logs.map_time import time_of
+from hefting.logs.static_poses import FEWEST_SMOOTH
 
 TIME_EXAMPLE = (
     'time = { column = "time", unit = "s" }, or { rate = 250 } of rows at 250 Hz'
@@ -101,19 +102,29 @@ def guess_map_of(sample: Sample) -> GuessedMap:
         what = "no column has a name that says what it holds"
         fix = "write the map by hand, with the numbers of the columns"
         raise InputError(what, sample.source, fix)
-    missing = [] if "time" in keys else [TIME_EXAMPLE]
+    used = {j for guess in guesses for j in guess.columns}
+    missing = [] if "time" in keys or _are_poses(sample, used) else [TIME_EXAMPLE]
     if not keys & {"wrench", *JOINT_EFFORTS}:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')
     if not keys & {"orientation", "pose", "joint_positions"}:
         missing.append(ORIENTATION_EXAMPLE)
     summary = "; ".join(summary_of(sample, guess) for guess in guesses)
-    columns = frozenset(sample.names[j] for guess in guesses for j in guess.columns)
+    columns = frozenset(sample.names[j] for j in used)
     text = map_text(sample, guesses, missing)
     unread = unread_of(sample, guesses)
     doubts = (*doubts_of(sample, guesses), *filter(None, (unread,)))
     return GuessedMap(
         text, tuple(missing), columns, summary, doubts, keys, unread != ""
     )
+
+
+def _are_poses(sample: Sample, used: set[int]) -> bool:
+    """Whether rows are too few for a motion, and no column beside those `used` may be a
+    time of an unknown name: none increases, except by one a row."""
+    others = [j for j in range(len(sample.names)) if j not in used]
+    steps = np.diff(sample.values[:, others], axis=0)
+    grows = (steps > 0.0).all(axis=0) & (steps != 1.0).any(axis=0)
+    return len(sample.values) < FEWEST_SMOOTH and not grows.any()
 
 
 def _guesses(sample: Sample) -> list[Guess]:

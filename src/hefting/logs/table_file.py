@@ -102,10 +102,13 @@ def _recognise(
         # an error without advice is that of a table without rows
         is_canonical = not table.names or there - {"time"} or error.fix
         return None if is_canonical else error
+    wrench = columns_of_streams(table.names, ("wrench",))
+    is_timeless = not ({"time"} & guessed.keys or guessed.missing)
+    if is_timeless and len(wrench) == 6 and "qw" in there:
+        return None
     is_unread = guessed.is_position_unread and there == guessed.columns
     # the wrench may be in other columns, of raw numbers beside compensated ones
-    poses = there - columns_of_streams(table.names, ("wrench",))
-    is_other = bool(streams) and there != guessed.columns >= poses
+    is_other = bool(streams) and there != guessed.columns >= there - wrench
     is_other = is_other and guessed.keys >= streams.keys()
     if not (there < guessed.columns or is_unread or is_other):
         return None
