@@ -294,12 +294,12 @@ def test_writing_says_where_it_cannot(tmp_path):
         ),
         ("log.json", "not a log format; write one sample a line (.jsonl)"),
         ("log.csv.gz", "is packed with gzip; unpack it"),
-        ("log.h5", "is HDF5; write it as CSV in Python: hefting.write_log("),
+        ("log.h5", "is HDF5; in Python: hefting.write_log("),
         (
             "log.tdms",
             "(hefting.as_recording(nptdms.TdmsFile(path).groups()[0].as_dataframe()), 'log.csv')",
         ),
-        ("log.pkl", "is a pickle; write it as CSV"),
+        ("log.pkl", "is a pickle; in Python"),
     ],
 )
 def test_files_of_other_kinds_say_what_to_do(tmp_path, name, said):

@@ -50,10 +50,11 @@ def find_end(
     if codec:
         tail = tail.decode(codec, "replace").encode()
     lines = tail.splitlines(keepends=True)
+    length = (lambda line: len(line.decode().encode(codec))) if codec else len
     rest: list[str] = []
     is_cut = end < size
     if lines and is_cut and not lines[-1].endswith((b"\n", b"\r")):
-        end -= _length(lines[-1], codec)  # the incomplete row
+        end -= length(lines[-1])  # the incomplete row
         rest = [lines.pop().decode(errors="replace")]
     try:
         first = with_lists(split_cells(first_row, header.separator), header.lists)
@@ -72,13 +73,8 @@ def find_end(
                 break
             else:
                 rest.append(text)
-        end -= _length(line, codec)
+        end -= length(line)
     return None, ()
-
-
-def _length(line: bytes, codec: str) -> int:
-    """Length [bytes] of a line in the file, which is UTF-8 without `codec`."""
-    return len(line.decode().encode(codec)) if codec else len(line)
 
 
 def _before_nul(stream: BinaryIO, size: int) -> int:

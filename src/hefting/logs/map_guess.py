@@ -157,8 +157,10 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
     first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
     second = _torque(groups, {*first.words}) if first else None
-    is_better = _is_estimate(sample, six) or not _is_estimate(sample, first)
-    if first and second and is_better:
+    known = [
+        c and not ESTIMATED.search(sample.names[c.columns[0]]) for c in (first, six)
+    ]
+    if first and second and (known[0] or not known[1]):
         force, torque = first.columns, second.columns
         equals = first.equals + second.equals
         if six and "tcp" not in six.words:  # of a TCP a controller estimates it
@@ -173,11 +175,6 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
         axes = ('axes = "world"',) if franka[1] in "Oo" else ()
         equals = tuple(j for j in equals if not OF_FRANKA.search(sample.words(j)))
     return Guess("wrench", (*force, *torque), (units, *axes), remark, equals)
-
-
-def _is_estimate(sample: Sample, choice: Choice | None) -> bool:
-    """Whether a wrench is an estimate by its name, or none."""
-    return choice is None or bool(ESTIMATED.search(sample.names[choice.columns[0]]))
 
 
 def _torque(groups: Groups, near: set[str]) -> Choice | None:

@@ -19,9 +19,6 @@ from hefting.logs.arrays import ARRAYS, elapsed, recording_from_arrays
 from hefting.logs.map_time import names_time
 from hefting.logs.table import LONGEST_LIST, Block, summarize_list
 
-TEXTS = ("O", "S", "U")
-"""Kinds of arrays of no numbers, whose lengths are not those of samples."""
-
 
 @immutable
 class MemoryTable:
@@ -76,7 +73,7 @@ class MemoryTable:
         lengths = Counter(
             length
             for values in flat.values()
-            if getattr(getattr(values, "dtype", None), "kind", "") not in TEXTS
+            if getattr(getattr(values, "dtype", None), "kind", "") not in {*"OSU"}
             for length in {*_shape(values)}
         )
         samples = max(lengths, key=lambda n: (lengths[n], n), default=0)
