@@ -378,12 +378,20 @@ def test_what_stands_in_brackets_may_be_no_unit():
     assert codes(got.warnings) == {"columns-by-name"}
 
 
-def test_a_count_of_rows_is_no_time():
-    names = f"time_step {each('F*')} {each('M*')} {POSE}"
+def test_a_count_of_rows_and_a_temperature_are_no_time():
     rows = np.tile(np.column_stack((WRENCH, POSITION, QUATERNION)), (2, 1))
-    parts = np.arange(2 * ROWS), rows
-    with pytest.raises(InputError, match="no column seems to be the time"):
-        hefting.as_recording(frame_of(names, parts))
+    warmer = np.floor(np.linspace(20.0, 22.0, 2 * ROWS))
+    for name, values in (("time_step", np.arange(2 * ROWS)), ("T_motor", warmer)):
+        names = f"{name} {each('F*')} {each('M*')} {POSE}"
+        with pytest.raises(InputError, match="no column seems to be the time"):
+            hefting.as_recording(frame_of(names, (values, rows)))
+
+
+def test_canonical_names_are_taken_before_those_of_a_tool():
+    names = f"{' '.join(CANONICAL)} {each('tcp_*', FT)}"
+    got = hefting.as_recording(frame_of(names, (*PLAIN, ELSE[:, :6])))
+    assert same(got)
+    assert codes(got.warnings) == {"columns-ignored"}
 
 
 def test_a_few_rows_without_a_time_are_static_poses(tmp_path):

@@ -83,15 +83,15 @@ def time_of(sample: Sample) -> Guess | None:
 
 def _may_be_time(sample: Sample, column: int) -> bool:
     """Whether a column increases, and holds dates less than 1 s apart, as those of static
-    poses are not, or states a unit of time, or has a word of one and does not count."""
+    poses are not, or states a unit of time, or has a word of one and is no count."""
     values = sample.values[:, column]
-    if not _grows(values):
-        return False
+    steps = np.diff(values)
     if column in sample.dates:
-        return bool(np.nanmedian(np.diff(values)) < 1.0)
-    words = {*_small_words(sample.words(column))}
-    is_count = (np.diff(values) == 1.0).all()
-    return sample.has_unit(column, "time") or not (words.isdisjoint(TIMES) or is_count)
+        return _grows(values) and bool(np.nanmedian(steps) < 1.0)
+    if sample.has_unit(column, "time"):
+        return _grows(values)
+    words = {*_small_words(sample.words(column))} & {*TIMES}
+    return bool(words) and bool((steps > 0.0).all() and (steps != 1.0).any())
 
 
 def _grows(values: np.ndarray) -> bool:

@@ -107,10 +107,11 @@ def _recognise(
     if is_timeless and len(wrench) == 6 and "qw" in there:
         return None
     is_unread = guessed.is_position_unread and there == guessed.columns
-    # the wrench may be in other columns, of raw numbers beside compensated ones
-    is_other = bool(streams) and there != guessed.columns >= there - wrench
-    is_other = is_other and guessed.keys >= streams.keys()
-    if not (there < guessed.columns or is_unread or is_other):
+    # raw numbers are taken, not the compensated ones of canonical names beside them
+    is_raw = any("raw" in name.lower() for name in guessed.columns - there)
+    is_raw &= bool(streams) and guessed.keys >= streams.keys()
+    is_raw &= guessed.columns >= there - wrench
+    if not (there < guessed.columns or is_unread or is_raw):
         return None
     if column_map is None:
         timeless = guessed.missing[0].startswith("time")
