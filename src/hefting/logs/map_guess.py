@@ -119,8 +119,8 @@ def guess_map_of(sample: Sample) -> GuessedMap:
 
 
 def _are_poses(sample: Sample, used: set[int]) -> bool:
-    """Whether rows are too few for a motion, and no column beside those `used` may be a
-    time of an unknown name: none increases, except by one a row."""
+    """Whether rows are too few for a motion, and no other column than those `used`
+    increases, as a time of an unknown name, except a count."""
     others = [j for j in range(len(sample.names)) if j not in used]
     steps = np.diff(sample.values[:, others], axis=0)
     grows = (steps > 0.0).all(axis=0) & (steps != 1.0).any(axis=0)

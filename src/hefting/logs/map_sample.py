@@ -80,7 +80,7 @@ class Sample:
         return next((known[word] for word in reversed(words) if word in known), None)
 
     def has_unit(self, column: int, kind: str) -> bool:
-        """Whether the header states a unit of a kind, apart from a column's name."""
+        """Whether the header states a unit of a kind."""
         try:
             return bool(find_unit(self.units[column], kind, self.source))
         except InputError:
