@@ -68,6 +68,12 @@ def test_places_that_are_not_on_the_earth_are_refused():
     for place in ((91.0, 0.0), (float("nan"), 0.0), (0.0, 1e5), (0.0, float("nan"))):
         with pytest.raises(InputError, match="give"):
             Gravity.at(*place)
+    for place, said in (
+        (("north",), "latitude is 'north', not a number of degrees"),
+        ((50.0, "low"), "altitude is 'low', not a number of metres"),
+    ):
+        with pytest.raises(InputError, match=said):
+            Gravity.at(*place)
     with pytest.raises(InputError, match="unknown gravity"):
         Gravity.of("down")
     with pytest.raises(InputError, match="three numbers"):

@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks import pose_faults
 from disturbances import disturbed
+from hefting.core.errors import InputError
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.ingest.ingest import ingest
@@ -50,6 +51,14 @@ def test_answers_are_as_good_as_without_the_fault(monkeypatch):
     assert good >= 0.85
     assert but_for_lost >= 0.92
     assert named >= 0.95
+
+
+def test_joint_angles_without_a_robot_are_refused():
+    recording = disturbed("clean", 1.5, 1).recording
+    angles = {"joint_positions": Stream(np.arange(20) / 100, np.ones((20, 6)))}
+    joints = Recording({"wrench": recording["wrench"], **angles})
+    with pytest.raises(InputError, match=r"no orientation.*give `urdf`"):
+        ingest(joints)
 
 
 @pytest.mark.parametrize("kind", ["clean", "drift", "spikes", "dropped", "contact"])

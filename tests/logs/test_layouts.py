@@ -246,6 +246,53 @@ NAMES = {
             WRENCH / ((4.4482216152605,) * 3 + (4.4482216152605 * 0.0254,) * 3),
         ),
     ),
+    "an estimate of the controller by better names": (
+        f"{BASIC} {each('tool_external_wrench_force_*')} "
+        f"{each('tool_external_wrench_torque_*')} {numbered('ft_', 6)}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "Franka's estimate beside a sensor": (
+        f"{BASIC} {numbered('K_F_ext_hat_K_', 6)} {numbered('ft_', 6)}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "a compensated wrench by canonical names": (
+        f"{BASIC} {FT} {each('*_raw', FT)}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "the position of a point, in its unit": (
+        f"time_s {each('tip_*_mm')} qx qy qz qw fx fy fz taux tauy tauz",
+        (TIME, 1e3 * POSITION, QUATERNION, WRENCH),
+    ),
+    "Chinese": (
+        f"时间 {POSE} {each('力*', 'X Y Z')} {each('力矩*', 'X Y Z')}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "a time of any language by its unit": (
+        f"Čas[ms] {each('*[mm]', 'X Y Z')} qx qy qz qw {each('F*')} {each('M*')}",
+        (1e3 * TIME, 1e3 * POSITION, QUATERNION, WRENCH),
+    ),
+    "a time with a word behind": (
+        f"n t_robot {POSE} {FT}",
+        (np.arange(ROWS), TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "Simulink's structures with time": (
+        f"wrench.time {numbered('wrench.signals.values_', 6)} pose.time "
+        f"{numbered('pose.signals.values_', 7)}",
+        (TIME, WRENCH, TIME, POSITION, QUATERNION),
+    ),
+    "Simulink's time": (f"tout {POSE} {FT}", (TIME, POSITION, QUATERNION, WRENCH)),
+    "a sensor's name behind": (
+        f"{BASIC} {each('F*_ati')} {each('T*_ati')}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "an arm's name behind": (
+        f"{BASIC} {each('force_*_left')} {each('torque_*_left')}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "a translation by the letter of the torque": (
+        f"time {each('pose_t*')} {each('pose_q*', 'x y z w')} {each('wrench_*', FT)}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
     "kilograms": (
         f"elapsed {POSE} {each('F*[kg]')} {each('M*[kg-cm]')}",
         (
@@ -329,6 +376,69 @@ def test_what_stands_in_brackets_may_be_no_unit():
     names = f"{BASIC} {each('F*(tool)')} {each('T*(tool)')}"
     got = hefting.as_recording(frame_of(names, (TIME, POSITION, QUATERNION, WRENCH)))
     assert codes(got.warnings) == {"columns-by-name"}
+
+
+def test_a_count_of_rows_and_a_temperature_are_no_time():
+    rows = np.tile(np.column_stack((WRENCH, POSITION, QUATERNION)), (2, 1))
+    warmer = np.floor(np.linspace(20.0, 22.0, 2 * ROWS))
+    for name, values in (("time_step", np.arange(2 * ROWS)), ("T_motor", warmer)):
+        names = f"{name} {each('F*')} {each('M*')} {POSE}"
+        with pytest.raises(InputError, match="no column seems to be the time"):
+            hefting.as_recording(frame_of(names, (values, rows)))
+
+
+def test_canonical_names_are_taken_before_those_of_a_tool():
+    names = f"{' '.join(CANONICAL)} {each('tcp_*', FT)}"
+    got = hefting.as_recording(frame_of(names, (*PLAIN, ELSE[:, :6])))
+    assert same(got)
+    assert codes(got.warnings) == {"columns-ignored"}
+
+
+def test_a_few_rows_without_a_time_are_static_poses(tmp_path):
+    """As a sheet of a calibration has them, numbered or not; but not where another
+    column may be a time of an unknown name."""
+    names = (
+        f"{each('*[mm]', 'X Y Z')} {each('*[deg]', 'A B C')} {each('F*')} {each('M*')}"
+    )
+    parts = 1e3 * POSITION, np.degrees(ZYX), WRENCH
+    frame = frame_of(f"No {names}", (np.arange(ROWS), *parts))
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    for got in (read_log(tmp_path / "log.csv"), hefting.as_recording(frame)):
+        assert got.static
+        assert codes(got.warnings) == {"columns-by-name"}
+        np.testing.assert_allclose(got["position"].values, POSITION, atol=1e-12)
+    frame = frame_of(f"Takt {names}", (TIME, *parts))
+    with pytest.raises(InputError, match="the time: unknown are 'Takt'"):
+        hefting.as_recording(frame)
+
+
+def test_a_translation_of_another_frame_is_no_torque():
+    """As in the logs of mc_rtc, whose torques are ``cx cy cz``."""
+    base = f"{each('ff_q*', 'w x y z')} {each('ff_t*')}"
+    names = f"t {base} {each('EEForceSensor_f*')} {each('EEForceSensor_c*')}"
+    frame = frame_of(names, (TIME, WXYZ, POSITION, WRENCH))
+    with pytest.raises(InputError, match=r"the wrench: .*'EEForceSensor_cx'"):
+        hefting.as_recording(frame)
+    frame.columns = [name.replace("r_c", "r_m") for name in frame.columns]
+    assert same(hefting.as_recording(frame))
+
+
+@pytest.mark.parametrize("unit", ["Meters", "Centimeters", "Millimeters"])
+def test_motive_states_the_unit_of_lengths_above_the_names(tmp_path, unit):
+    kinds = ["Rotation"] * 4 + ["Position"] * 3
+    text = [f"Format Version,1.23,Length Units,{unit},Coordinate Space,Global", ""]
+    text += [
+        f",{one},{','.join([word] * 7)}"
+        for one, word in (("Type", "Rigid Body"), ("Name", "Tool"), ("ID", "A1"))
+    ]
+    text += [f",,{','.join(kinds)}", "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z"]
+    scale = {"Meters": 1.0, "Centimeters": 100.0, "Millimeters": 1000.0}[unit]
+    table = np.column_stack((np.arange(ROWS), TIME, QUATERNION, scale * POSITION))
+    text += [",".join(map(repr, row)) for row in table.tolist()]
+    (tmp_path / "take.csv").write_text("\n".join(text))
+    frame = frame_of(f"time {FT}", (TIME, WRENCH))
+    frame.to_csv(tmp_path / "ft.csv", index=False)
+    assert same(read_log(tmp_path / "ft.csv", poses=tmp_path / "take.csv"))
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from hefting.core.magnitudes import LARGEST, SMALLEST_INTERVAL
 from hefting.core.messages import NO_DOUBT, codes
 from hefting.core.recording import Recording, Stream
 from hefting.logs import read_log, write_log
+from hefting.logs.csv_cells import UTF_16
 from log_files import (
     HEADER,
     ROWS,
@@ -128,6 +129,7 @@ def test_rows_that_move_smoothly_are_hardly_static_poses(tmp_path):
         assert got.static
         assert len(got.warnings) == count
         for said in got.warnings:
+            assert (said.code, said.code in NO_DOUBT) == ("time-missing", False)
             assert "although they move smoothly" in said
             assert "time = { rate = 250 }" in said
 
@@ -362,18 +364,36 @@ ENDS = {
 }
 
 
+@pytest.mark.parametrize("codec", ["utf-8", *UTF_16.values()])
 @pytest.mark.parametrize("case", ENDS)
-def test_what_follows_the_last_whole_row_is_left_out_and_said(tmp_path, case):
+def test_what_follows_the_last_whole_row_is_left_out_and_said(tmp_path, case, codec):
     path = log(tmp_path, *ROWS)
-    whole = path.read_bytes()
-    for end in (b"\n", b"\r\n"):
-        path.write_bytes(whole.replace(b"\n", end) + ENDS[case].encode())
+    whole = "\ufeff" + path.read_text()
+    for end in ("\n", "\r\n"):
+        path.write_bytes((whole.replace("\n", end) + ENDS[case]).encode(codec))
         got = read_log(path)
         assert same(got, read_log(log(tmp_path, *ROWS)))
         [said] = got.warnings
         assert said.startswith("left out what follows the last whole row: ")
         first = ENDS[case].strip("\n\0").partition("\n")[0]
         assert (first[:40] or "NUL") in said
+
+
+@pytest.mark.parametrize("codec", UTF_16.values())
+@pytest.mark.parametrize("size", [7, 4096])
+def test_text_in_utf_16(tmp_path, monkeypatch, codec, size):
+    """As Excel and PowerShell write it, whatever part of a letter a piece ends with;
+    the last row may be cut in one."""
+    monkeypatch.setattr("hefting.logs.csv_file.READ", size)
+    path, said = tmp_path / "log.txt", {"columns-ignored"}
+    lines = "\ufeff" + HEADER + ",時刻 µ", *(f"{row},時" for row in ROWS), ""
+    text = "\r\n".join(lines).encode(codec)
+    for cut in (b"", "0.3,0".encode(codec)[:-1]):
+        path.write_bytes(text + cut)
+        got = read_log(path)
+        assert same(got, read_log(log(tmp_path, *ROWS)))
+        assert codes(got.warnings) == said
+        said.add("end-left-out")
 
 
 def test_rows_that_end_with_words_are_rows(tmp_path):

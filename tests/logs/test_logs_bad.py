@@ -225,11 +225,8 @@ def test_ragged_rows(tmp_path):
         (bytes(range(256)) * 40, ("binary",)),
         (b"PK\x03\x04\x00" + b"\x00" * 40, ("binary",)),
         (b"\x80\x81\xff" * 50, ("not CSV text in UTF-8",)),
-        (
-            "\ufeff".encode("utf-16-le") + HEADER.encode("utf-16-le"),
-            ("UTF-16", "UTF-8"),
-        ),
-        (HEADER.encode("utf-32"), ("UTF-32", "save it as UTF-8")),
+        (HEADER.encode("utf-16-le"), ("binary", "as CSV in UTF-8")),
+        (HEADER.encode("utf-32"), ("binary", "as CSV in UTF-8")),
         (b"hello", ("one column",)),
         (b'"' + b"x" * 300_000, ("not CSV text",)),
         (HEADER.encode() + b"\n" + b"9" * 100_000, ("row 2", "1 cells under 11")),
@@ -258,8 +255,8 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe.csv")
     fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".npz", ".bag", ".mcap", ".db3"):
-        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.h5"), "'.h5'", suffix)
-    fails(tmp_path / "log.h5", "`hefting.as_recording` takes arrays or columns")
+        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.mf4"), "'.mf4'", suffix)
+    fails(tmp_path / "log.mf4", "`hefting.as_recording` takes arrays or columns")
     fails(tmp_path / "log", "does not exist")
     with open(tmp_path / "huge.csv", "wb") as huge:
         huge.truncate(3 * 1024**3)  # sparse: takes no room on the disk
@@ -297,6 +294,12 @@ def test_writing_says_where_it_cannot(tmp_path):
         ),
         ("log.json", "not a log format; write one sample a line (.jsonl)"),
         ("log.csv.gz", "is packed with gzip; unpack it"),
+        ("log.h5", "is HDF5; in Python: hefting.write_log("),
+        (
+            "log.tdms",
+            "(hefting.as_recording(nptdms.TdmsFile(path).groups()[0].as_dataframe()), 'log.csv')",
+        ),
+        ("log.pkl", "is a pickle; in Python"),
     ],
 )
 def test_files_of_other_kinds_say_what_to_do(tmp_path, name, said):

@@ -214,6 +214,14 @@ def test_python_objects_are_not_unpickled(arrays, tmp_path):
     assert read_log(path).has("wrench")
 
 
+def test_names_of_columns_beside_their_matrix_are_no_samples(tmp_path):
+    """They are as many as the matrix is wide."""
+    path, names = tmp_path / "log.npz", ["t", *"xyz", *"abcd", *"fghijk"]
+    np.savez(path, data=np.ones((40, 14)), columns=np.array(names))
+    with pytest.raises(InputError, match="unknown columns: 'data_0', 'data_1'"):
+        read_log(path)
+
+
 class Exploding:
     """Fails where it is unpickled."""
 

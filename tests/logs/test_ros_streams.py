@@ -130,6 +130,14 @@ def test_velocities_of_odometry_are_in_its_child_frame_and_not_turned_across_gap
     )
 
 
+def test_of_a_wrench_that_a_controller_estimates_the_load_is_asked(tmp_path):
+    def estimate(k):
+        return wrench(k, "/franka_state_controller/F_ext")
+
+    got = read(tmp_path, basic(estimate, pose))
+    assert "payload-unknown" in codes(got.warnings)
+
+
 def test_joints_go_by_name_and_a_gripper_is_told(tmp_path):
     def arm(k):
         order = ("b", "c", "a") if k % 3 else ("a", "b", "c")

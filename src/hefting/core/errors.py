@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
+from numbers import Real
 
 LONGEST_PLACE = 1000
 """Largest number of characters of the place in a message: paths are shorter, a text
@@ -121,6 +122,13 @@ class NeedError(InputError):
     ...     print(error.what)
     PMD needs a shape
     """
+
+
+def check_number(name: str, value: object, of: str, where: object = None) -> None:
+    """`InputError` for a value that is no number, `of` seconds, say."""
+    if not isinstance(value, Real):
+        what = f"{name} is {str(value)[:40]!r}, not a number of {of}"
+        raise InputError(what, where)
 
 
 def nearest(name: str, choices: Iterable[str]) -> str:

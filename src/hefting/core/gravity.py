@@ -16,7 +16,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, check_number
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity
 
 EQUATORIAL_GRAVITY = 9.7803253359
@@ -121,8 +121,11 @@ def normal_gravity(latitude: float, altitude: float = 0.0) -> float:
     """Size [m/s²] of normal gravity at a latitude [°] and an altitude above the
     ellipsoid [m].
 
-    Raises `InputError` for a latitude beyond 90° and an altitude outside `ALTITUDES`.
+    Raises `InputError` for a latitude beyond 90°, an altitude outside `ALTITUDES`, and
+    what is no number.
     """
+    check_number("latitude", latitude, "degrees")
+    check_number("altitude", altitude, "metres")
     if not abs(latitude) <= 90.0:
         what = f"a latitude of {latitude:g}° is not on the Earth"
         raise InputError(what, fix="give degrees from -90 (south) to 90")

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.errors import InputError, nearest
+from hefting.core.errors import InputError, check_number, nearest
 from hefting.core.magnitudes import LARGEST, LARGEST_TIME, SMALLEST_INTERVAL, too_large
 from hefting.core.spatial import (
     CHUNK,
@@ -346,9 +346,8 @@ class Recording:
         `InputError` when none is left. A static recording is sliced by row.
         """
         for name, value in (("start", start), ("duration", duration)):
-            if not isinstance(value, int | float | np.number | None):
-                what = f"{name} is {str(value)[:40]!r}, not a number of seconds"
-                raise InputError(what, self.source)
+            if value is not None:
+                check_number(name, value, "seconds", self.source)
         if not start >= 0.0:
             what, fix = f"cannot start at {start:g} s", "give a `start` of 0 s or more"
             raise InputError(what, self.source, fix)

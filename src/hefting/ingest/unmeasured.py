@@ -78,7 +78,7 @@ def _without_constant_position(recording: Recording) -> Recording:
     """Without a position that never changes while the sensor turns, as no arm turns it
     about its very origin; with a warning."""
     streams = dict(recording.streams)
-    p, q = streams.pop("position", None), streams["orientation"].values
+    p, q = streams.pop("position", None), recording["orientation"].values
     turned = 2.0 * np.arccos(min(float(np.abs(q @ q[0]).min()), 1.0))
     if p is None or turned < TURNED or (p.values != p.values[0]).any():
         return recording

@@ -37,6 +37,18 @@ OTHERS = {
     ),
 }
 """What files of other endings are, and what to do with them."""
+OTHERS |= {
+    f".{suffix}": (
+        f"is {what}",
+        f"in Python: hefting.write_log(hefting.as_recording({read}), 'log.csv')",
+    )
+    for suffix, what, read in (
+        ("hdf5", "HDF5", "h5py.File(path)"),
+        ("h5", "HDF5", "h5py.File(path)"),
+        ("pkl", "a pickle", "pandas.read_pickle(path)"),
+        ("tdms", "TDMS", "nptdms.TdmsFile(path).groups()[0].as_dataframe()"),
+    )
+}
 OTHERS |= dict.fromkeys((".xls", ".xlsm", ".ods"), OTHERS[".xlsx"])
 
 
@@ -50,32 +62,31 @@ def read_log(
 ) -> Recording:
     """Recording in the log at `path`.
 
-    ====================================== =================================================================
+    ====================================== ===============================================
     suffix                                 read as
-    ====================================== =================================================================
-    .csv, .txt, .tsv, .dat, .log, .lvm     canonical CSV; a UR real-time record, when its header is one;
-                                           other columns by what their names say, or through a column map
-    .parquet                               the same in Parquet
-    .npz                                   the same as arrays of NumPy, or arrays by the names of
-                                           `hefting.as_recording`
-    .mat                                   the same as arrays and structures of MATLAB, saved with ``-v7``
-    .jsonl, .ndjson                        the same as a JSON object a line, nested as ROS messages are
-    .feather, .arrow                       the same in Arrow's files
+    ====================================== ===============================================
+    .csv, .txt, .tsv, .dat, .log, .lvm     text, separated by commas, semicolons, tabs or
+                                           spaces
+    .parquet                               Parquet
+    .npz                                   arrays of NumPy
+    .mat                                   MATLAB's, saved with ``-v7``
+    .jsonl, .ndjson                        a JSON object a line, nested as ROS messages are
+    .feather, .arrow                       Arrow's files
     .bag, .mcap, .db3, or a folder         a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
-    ====================================== =================================================================
+    ====================================== ===============================================
 
     The canonical table has one row of names, before which comments may stand; SI units;
     columns `time` and those of `hefting.core.recording.COLUMNS`, of which the wrench and
-    an orientation or joint positions must be there. A blank cell (Parquet: null) means "not measured then", so
-    that streams of different rates fit one file. Without `time`, each row is a static
-    pose. Times that count from 1970 are shifted to start at 0. A row that repeats the
-    one before, time and values alike, is dropped, and so are those with its time but
-    other values, up to a tenth of all. CSV may be separated by commas, semicolons, tabs
-    or spaces; times may be dates (ISO 8601).
+    an orientation or joint positions must be there. A blank cell (null) means "not
+    measured then", so that streams of different rates fit one file. Without `time`, each
+    row is a static pose. Times that count from 1970 are shifted to start at 0. A row that
+    repeats the one before, time and values alike, is dropped, and so are those with its
+    time but other values, up to a tenth of all. Times may be dates (ISO 8601).
 
-    Other names (``Fx [N]``, ``roll_deg``) are read where they and the numbers tell a
-    time, a wrench, and an orientation or joint angles; `Recording.warnings` say what
-    was taken for what.
+    A UR real-time record is known by its header, arrays by the names of
+    `hefting.as_recording`. Other names (``Fx [N]``, ``roll_deg``) are read where they and
+    the numbers tell a time, a wrench, and an orientation or joint angles;
+    `Recording.warnings` say what was taken for what.
 
     Parameters
     ----------

@@ -1,10 +1,11 @@
 """Lines and cells of separated text: numbers, blanks, lists of numbers in cells, and dates
 and times of day as seconds."""
 
+import codecs
 import csv
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from itertools import islice
 
@@ -39,6 +40,10 @@ MARKS = str.maketrans("[](){},", 7 * " ")
 
 SEVERAL_LINES = re.compile(rb'"(?:array\()?[\[(][-+.,=\s\w\[\]()]*"')
 """A list in quotes, which NumPy may write on several lines."""
+
+UTF_16 = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+"""Encodings of text by the mark at its beginning, as Excel and PowerShell write it; other
+text is UTF-8."""
 
 ENOUGH, ESCAPE = 2**20, "surrogateescape"
 """Size of the pieces of text [bytes], and how bytes that are no UTF-8 are read."""
@@ -91,6 +96,14 @@ def count_lines(text: bytes) -> int:
 def unify_line_ends(text: bytes) -> bytes:
     """Text with \\n for all line ends."""
     return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in text else text
+
+
+def recoder(begin: bytes) -> Callable[[bytes], bytes]:
+    """Converts successive pieces of a text that begins so to UTF-8."""
+    if begin[:2] not in UTF_16:
+        return bytes
+    decoder = codecs.getincrementaldecoder("utf-16")("replace")
+    return lambda piece: decoder.decode(piece).encode()
 
 
 def merge_spaces(text: bytes) -> bytes:

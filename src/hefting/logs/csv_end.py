@@ -7,7 +7,14 @@ from pathlib import Path
 from typing import BinaryIO
 
 from hefting.core.messages import Message, warning
-from hefting.logs.csv_cells import NOTHING, NUMBER, kind_of, quote_lists, with_lists
+from hefting.logs.csv_cells import (
+    NOTHING,
+    NUMBER,
+    UTF_16,
+    kind_of,
+    quote_lists,
+    with_lists,
+)
 from hefting.logs.csv_header import Header, is_numbers, split_cells
 
 MOST_BYTES = 65_536
@@ -33,15 +40,21 @@ def find_end(
     `first_row` is the first line of data; a whole row has numbers where it has.
     """
     with open(path, "rb") as stream:
+        codec = UTF_16.get(stream.read(2), "")
         size = stream.seek(0, 2)
         end = _before_nul(stream, size)
+        end += end % 2 if codec else 0
         begin = max(end - MOST_BYTES, 0)
         stream.seek(begin)
-        lines = stream.read(end - begin).splitlines(keepends=True)
+        tail = stream.read(end - begin)
+    if codec:
+        tail = tail.decode(codec, "replace").encode()
+    lines = tail.splitlines(keepends=True)
+    length = (lambda line: len(line.decode().encode(codec))) if codec else len
     rest: list[str] = []
     is_cut = end < size
     if lines and is_cut and not lines[-1].endswith((b"\n", b"\r")):
-        end -= len(lines[-1])  # the incomplete row
+        end -= length(lines[-1])  # the incomplete row
         rest = [lines.pop().decode(errors="replace")]
     try:
         first = with_lists(split_cells(first_row, header.separator), header.lists)
@@ -60,7 +73,7 @@ def find_end(
                 break
             else:
                 rest.append(text)
-        end -= len(line)
+        end -= length(line)
     return None, ()
 
 

@@ -34,6 +34,7 @@ from hefting.logs.csv_cells import (
     merge_spaces,
     one_line,
     quote_lists,
+    recoder,
     unify_line_ends,
 )
 from hefting.logs.csv_end import find_end
@@ -335,22 +336,22 @@ def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
 
 
 def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
-    """The text of a file up to byte `end`, in blocks of whole lines that end in \\n,
-    without byte-order mark. `InputError` for binary files and lines over `BLOCK`."""
+    """The text of a file up to byte `end` as UTF-8, in blocks of whole lines that end in
+    \\n, without byte-order mark. `InputError` for binary files and lines over `BLOCK`."""
     rest, held = b"", b""
     with open(path, "rb", buffering=0) as stream:
-        begun, size = False, os.fstat(stream.fileno()).st_size
+        size = os.fstat(stream.fileno()).st_size
         last = sys.maxsize if end is None else end
+        recode = None
         while data := stream.read(min(READ, BLOCK, last - stream.tell())):
             report(READING, stream.tell() / max(size, 1))
+            begun, recode = recode is not None, recode or recoder(data)
+            data = recode(data)
             if not begun:
-                if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-                    raise InputError("is UTF-16 or UTF-32", path, "save it as UTF-8")
                 if b"\0" in data[:64] or b"\0" in data[:65536].rstrip(b"\0"):
-                    raise InputError(
-                        "is binary, not CSV text", path, "export the log as CSV"
-                    )
-                data, begun = data.removeprefix(b"\xef\xbb\xbf"), True
+                    fix = "export the log as CSV in UTF-8"
+                    raise InputError("is binary, not CSV text", path, fix)
+                data = data.removeprefix(b"\xef\xbb\xbf")
             data = held + data
             # it may be half of a line end
             held = b"\r" if data.endswith(b"\r") else b""

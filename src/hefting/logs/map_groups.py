@@ -5,14 +5,15 @@ import re
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 
+from hefting.core.messages import Message, warning
 from hefting.logs.units import ALIASES, UNITS, squeezed
 
 WORDS = {
     "force": ("f", "force", "forces", "kraft", "fuerza", "forza", "力"),
     "torque": (
-        *("m", "torque", "torques", "moment", "moments", "tau", "mom"),
+        *("m", "torque", "torques", "moment", "moments", "tau", "mom", "mu"),
         *("torq", "drehmoment", "forcer", "wrenchr", "couple", "par"),
-        *("momento", "coppia", "モーメント", "トルク"),
+        *("momento", "coppia", "モーメント", "トルク", "力矩", "扭矩", "转矩"),
     ),
     "torque-or-translation": ("t", "tr"),
     "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk", "forcetorque"),
@@ -48,6 +49,9 @@ WORDS = {
 }
 """Words that columns of each kind may have before their component."""
 
+QUANTITY_WORDS = frozenset(word for words in WORDS.values() for word in words)
+"""Words of quantities, as opposed to those of an object or place."""
+
 OTHER = {
     *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
     *("target", "desired", "des", "cmd", "command", "commanded", "goal", "setpoint"),
@@ -66,12 +70,16 @@ PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"
 FRAMES_HELD = PLACES | {"sensor", "wrist", "hand", "gripper", "link", "frame"}
 """Words of frames that move with the sensor: ``sensor_x`` is a position."""
 
+ESTIMATED = re.compile("(?<![a-z])ext(?![a-z])|(?<![a-z])external|External|cartForce")
+"""Names of external wrenches, which are without the load: Franka's ``K_F_ext_hat_K``,
+Kinova's ``tool_external_wrench``, xArm's ``ft_ext_force``, KUKA's ``cartForce1_X``."""
+
 ELSEWHERE = {
     *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
     *("base", "odom", "shoulder", "elbow", "forearm", "finger", "leader", "next"),
-    *("filtered", "filt"),
+    *("filtered", "filt", "ext", "external"),
 }
-"""Words of other places, and of filtered signals."""
+"""Words of other places, and of filtered and estimated signals."""
 
 MEASURED = {"actual", "act", "ist", "rist", "measured", "meas", "mes", "msr"}
 """Words of measured quantities, as opposed to set points."""
@@ -79,7 +87,8 @@ MEASURED = {"actual", "act", "ist", "rist", "measured", "meas", "mes", "msr"}
 ASIDE = (
     PLACES
     | MEASURED
-    | {"raw", "data", "value", "filtered", "filt", "sensor", "in", "wxyz", "xyzw"}
+    | {"raw", "data", "value", "values", "signals", "filtered", "filt", "sensor"}
+    | {"in", "wxyz", "xyzw"}
 )
 """Words anywhere in a name that do not tell the quantity."""
 
@@ -94,7 +103,7 @@ UNIT_WORDS = frozenset(
 CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))|(?<=[\u3040-\u9fff])(?=[A-Za-z])"
 """Beginning of a word in ``ForceXRaw``, ``力X``, not in KUKA's ``RIst_X``."""
 
-FRAMES = r"^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])|(?<=Msr)_LBR_\w+(?=\[)"
+FRAMES = r"^([pqtv])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])|(?<=Msr)_LBR_\w+(?=\[)"
 """Frames after a letter, as in EuRoC's ``p_RS_R_x``, and KUKA's names of an arm, as in
 ``axisQMsr_LBR_iiwa_7_R800_1[0]``."""
 
@@ -160,18 +169,6 @@ class Groups:
                 return Choice(tuple(columns[c] for c in "xyz"), words)
         return None
 
-    def xyz_of_frame(self) -> Choice | None:
-        """Columns x, y, z of whose words all stand for a frame, as ``sensor_x``,
-        ``wrist_link_x`` or ``sensor_in_base_x``."""
-        found = []
-        for words, columns in self.by_words.items():
-            plain = {_without_number(word) for word in words}
-            known = plain <= FRAMES_HELD | MEASURED | {"in", "base", "world", "raw"}
-            if known and plain & FRAMES_HELD and set(columns) >= set("xyz"):
-                chosen = tuple(columns[c] for c in "xyz")
-                found.append(Choice(chosen, words, rank_of(words, set())))
-        return best_of(found)
-
     def numbered(
         self, kind: str, count: int, near: Set[str] = frozenset()
     ) -> Choice | None:
@@ -192,6 +189,14 @@ class Groups:
             if (choice := self.find(kind, names, near)) is not None:
                 return choice
         return None
+
+
+def names_frame(words: Sequence[str]) -> bool:
+    """Whether all words stand for a frame that moves with the sensor, as those of
+    ``sensor_x``, ``wrist_link_x`` or ``sensor_in_base_x``."""
+    plain = {_without_number(word) for word in words}
+    known = plain <= FRAMES_HELD | MEASURED | {"in", "base", "world", "raw"}
+    return known and bool(plain & FRAMES_HELD)
 
 
 def best_of(choices: Sequence[Choice]) -> Choice | None:
@@ -251,17 +256,21 @@ def group_columns(names: Sequence[str]) -> Groups:
 
 def split_name(name: str) -> list[str]:
     """Words of a name in small letters, its component last: ``Force_X``, ``forceX``,
-    ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``, ``joint4_position`` in
-    ``position``, ``4``."""
+    ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``, ``Fx_ati`` in ``f``, ``x``,
+    ``joint4_position`` in ``position``, ``4``."""
     words = small_words(re.sub(NUMBERED, r"\1_\3_\2", "_".join(words_of(name))))
     if len(words) > 2 and re.fullmatch(r"[wb](\d+|[w-z])", "".join(words[-2:])):
         del words[-2]  # a frame, as in Isaac Lab
     places = [i for i, word in enumerate(words) if word in set("xyzw")]
     if places:
-        return [*words[: places[-1]], *words[places[-1] + 1 :], words[places[-1]]]
+        component = words.pop(at := places[-1])
+        at = at if words[:at] and words[at - 1] in QUANTITY_WORDS else 0
+        return [*words[at:], *words[:at], component]  # ``force_x_left``
     behind: list[str] = []
     while len(words) > 1 and (words[-1] in ASIDE | OTHER):
         behind.append(words.pop())
+    if words and (first := re.fullmatch(r"([fmtqrp])([xyzw])", words[0])):
+        return [*behind, *words[1:], *first.groups()]
     match = re.fullmatch(r"(.*?[a-z])([xyzw]|\d+)", words[-1]) if words else None
     return [*behind, *words[:-1], *((match[1], match[2]) if match else words[-1:])]
 
@@ -279,3 +288,12 @@ def small_words(text: str) -> list[str]:
     """All words of a text in small letters, ``µ`` as ``u``; letters of any alphabet
     belong to words: ``速度X`` is no ``x``."""
     return re.findall(r"[^\W_]+", re.sub("[µμ]", "u", text.lower()))
+
+
+def about_estimates(name: str) -> tuple[Message, ...]:
+    """A warning of a wrench with such a name, if it is an estimate."""
+    what = (
+        f"{name} seems to be of a wrench that the controller estimates, without the load "
+        "that is configured in it, so the result may lack that: record with a load of zero"
+    )
+    return (warning("payload-unknown", what),) if ESTIMATED.search(name) else ()

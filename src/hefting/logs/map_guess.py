@@ -15,12 +15,14 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.logs.map_groups import (
-    WORDS,
+    ESTIMATED,
+    QUANTITY_WORDS,
     Choice,
     Groups,
     best_of,
     group_columns,
     is_other,
+    names_frame,
     rank_of,
     words_of,
 )
@@ -40,8 +42,10 @@ from hefting.logs.map_text import (
     summary_of,
     unit_entry,
     unread_of,
+    unread_positions,
 )
 from hefting.logs.map_time import time_of
+from hefting.logs.static_poses import FEWEST_SMOOTH
 
 TIME_EXAMPLE = (
     'time = { column = "time", unit = "s" }, or { rate = 250 } of rows at 250 Hz'
@@ -51,9 +55,6 @@ ORIENTATION_EXAMPLE = (
     '["rx", "ry", "rz"], form = "euler", order = "ZYX", unit = "deg" }'
 )
 """Lines for a time or orientation that was not found."""
-
-QUANTITY_WORDS = frozenset(word for words in WORDS.values() for word in words)
-"""Words of quantities, as opposed to those of an object or place."""
 
 OF_FRANKA = re.compile("(?<![A-Za-z])([OK])_?F_?ext", re.IGNORECASE)
 """Franka's wrench about the stiffness frame, in axes of the base or of that frame."""
@@ -101,19 +102,29 @@ def guess_map_of(sample: Sample) -> GuessedMap:
         what = "no column has a name that says what it holds"
         fix = "write the map by hand, with the numbers of the columns"
         raise InputError(what, sample.source, fix)
-    missing = [] if "time" in keys else [TIME_EXAMPLE]
+    used = {j for guess in guesses for j in guess.columns}
+    missing = [] if "time" in keys or _are_poses(sample, used) else [TIME_EXAMPLE]
     if not keys & {"wrench", *JOINT_EFFORTS}:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')
     if not keys & {"orientation", "pose", "joint_positions"}:
         missing.append(ORIENTATION_EXAMPLE)
     summary = "; ".join(summary_of(sample, guess) for guess in guesses)
-    columns = frozenset(sample.names[j] for guess in guesses for j in guess.columns)
+    columns = frozenset(sample.names[j] for j in used)
     text = map_text(sample, guesses, missing)
     unread = unread_of(sample, guesses)
     doubts = (*doubts_of(sample, guesses), *filter(None, (unread,)))
     return GuessedMap(
         text, tuple(missing), columns, summary, doubts, keys, unread != ""
     )
+
+
+def _are_poses(sample: Sample, used: set[int]) -> bool:
+    """Whether rows are too few for a motion, and no other column than those `used`
+    increases, as a time of an unknown name, except a count."""
+    others = [j for j in range(len(sample.names)) if j not in used]
+    steps = np.diff(sample.values[:, others], axis=0)
+    grows = (steps > 0.0).all(axis=0) & (steps != 1.0).any(axis=0)
+    return len(sample.values) < FEWEST_SMOOTH and not grows.any()
 
 
 def _guesses(sample: Sample) -> list[Guess]:
@@ -135,6 +146,9 @@ def _guesses(sample: Sample) -> list[Guess]:
                 found.append(guess)
                 taken |= set(guess.columns)
                 keys.add(guess.key)
+    places = [c for c in unread_positions(sample, found) if _is_position(sample, c)]
+    if (place := best_of(places)) is not None:
+        found.append(_length("position", sample, place.columns, place.equals))
     return found
 
 
@@ -143,7 +157,10 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
     first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
     second = _torque(groups, {*first.words}) if first else None
-    if first and second:
+    known = [
+        c and not ESTIMATED.search(sample.names[c.columns[0]]) for c in (first, six)
+    ]
+    if first and second and (known[0] or not known[1]):
         force, torque = first.columns, second.columns
         equals = first.equals + second.equals
         if six and "tcp" not in six.words:  # of a TCP a controller estimates it
@@ -166,7 +183,8 @@ def _torque(groups: Groups, near: set[str]) -> Choice | None:
     torque = groups.find("torque", "xyz", near)
     kind = "torque-or-translation"
     either = groups.find(kind, "xyz", near) or groups.numbered(kind, 3, near)
-    if either is None:
+    of = {*either.words} - QUANTITY_WORDS if either else set()
+    if either is None or (of and not of & near):  # ``base_tx`` beside ``sensor_fx``
         return torque or groups.numbered("torque", 3, near)
     if torque is None:
         return either
@@ -289,7 +307,6 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
         groups.find("position", "xyz", near)
         or groups.numbered("position", 3, near)
         or groups.xyz_of_words(near - QUANTITY_WORDS)
-        or _of_frame(sample, groups)
         or groups.find("torque-or-translation", "xyz", near)
     )
     if choice is None:
@@ -297,17 +314,14 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     return _length("position", sample, choice.columns, choice.equals)
 
 
-def _of_frame(sample: Sample, groups: Groups) -> Choice | None:
-    """A position by the name of its frame alone, ``sensor_x``, where that cannot be a
-    force: the wrench has columns of its own, and no unit is other than of length."""
-    choice = groups.xyz_of_frame()
-    if choice is None or _wrench(sample, groups, set()) is None:
-        return None
+def _is_position(sample: Sample, choice: Choice) -> bool:
+    """Whether columns x, y, z that no quantity claims are a position, by a unit of length
+    or the name of a frame alone without another unit."""
+    if sample.stated_unit(choice.columns, "length"):
+        return True
     others = (sample.stated_unit(choice.columns, k) for k in ("force", "torque"))
-    is_other_unit = sample.unknown_unit(choice.columns) or any(others)
-    if is_other_unit and not sample.stated_unit(choice.columns, "length"):
-        return None
-    return choice
+    is_other = sample.unknown_unit(choice.columns) or any(others)
+    return names_frame(choice.words) and not is_other
 
 
 def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:

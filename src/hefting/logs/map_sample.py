@@ -34,6 +34,8 @@ COUNTS = re.compile(
     rb"(Force|Torque) Units:\W*([\w-]+)[\s\S]*?Counts per Unit \1:\W*([1-9]\d*(?:\.\d+)?)"
 )
 """Scales that ATI's programs write above the names, for columns of whole numbers."""
+LENGTH = re.compile(rb"\bLength Units,(\w+)")
+"""Unit of positions that OptiTrack's Motive writes above the names."""
 BY_SIZE = {"length": ("m", "mm", 10.0), "angle": ("rad", "deg", 6.5)}
 """Units of lengths and angles if none is stated: the usual one, and another for numbers
 above a size."""
@@ -65,10 +67,8 @@ class Sample:
 
     def stated_unit(self, columns: Sequence[int], kind: str) -> str | None:
         """The unit of the first column in the header or its name, if of a kind."""
-        try:
+        if self.has_unit(columns[0], kind):
             return find_unit(self.units[columns[0]], kind, self.source).name
-        except InputError:
-            pass
         words = small_words(self.names[columns[0]])[1:]
         words = [  # ``in`` of ``tool_in_base_x`` is not inches
             word
@@ -78,6 +78,13 @@ class Sample:
         known = {squeezed(name): name for name in UNITS[kind] if name != "m"}
         known |= {alias: n for alias, n in ALIASES.items() if n in UNITS[kind]}
         return next((known[word] for word in reversed(words) if word in known), None)
+
+    def has_unit(self, column: int, kind: str) -> bool:
+        """Whether the header states a unit of a kind."""
+        try:
+            return bool(find_unit(self.units[column], kind, self.source))
+        except InputError:
+            return False
 
     def unknown_unit(self, columns: Sequence[int]) -> str:
         """A remark on an unknown unit of the first column in the header; else empty."""
@@ -177,6 +184,10 @@ def _of_text(path: str | Path) -> Sample:
                 whole = (values[:, j] == np.floor(values[:, j])).all()
                 factor = f"{1.0 / float(count):.9g} " if whole else ""
                 units[j] = factor + unit.decode()
+    for unit in LENGTH.findall(text[:9999]):
+        for j, name in enumerate(names):
+            if re.search(r"\bPosition [XYZ]$", name):
+                units[j] = units[j] or unit.decode()
     has_nan = any(cell.lower() == "nan" for row in rows for cell in row)
     dates = (*header.dates,)
     return Sample(str(path), names, (*units,), values, has_nan, header.joined, dates)

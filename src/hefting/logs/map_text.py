@@ -92,8 +92,10 @@ def summary_of(sample: Sample, guess: Guess) -> str:
 
 def doubts_of(sample: Sample, guesses: Sequence[Guess]) -> Iterator[str]:
     """Quantities that may be in other columns, or in another unit, one sentence each."""
+    used = {column for guess in guesses for column in guess.columns}
     for guess in guesses:
-        names = [printable(sample.names[j])[-60:] for j in guess.equals[:3]]
+        equals = [j for j in guess.equals if j not in used]
+        names = [printable(sample.names[j])[-60:] for j in equals[:3]]
         if names:
             first = printable(sample.names[guess.columns[0]])[-60:]
             what = f"the {guess.key} may begin with {first} or with"
@@ -103,28 +105,35 @@ def doubts_of(sample: Sample, guesses: Sequence[Guess]) -> Iterator[str]:
 
 
 def unread_of(sample: Sample, guesses: Sequence[Guess]) -> str:
-    """Where an orientation was found and no position, a sentence on the first columns
-    x, y, z that are not in the map, change, and are not of another quantity; else
-    empty."""
+    """A sentence on columns that may be the position; else empty."""
+    if not (places := unread_positions(sample, guesses)):
+        return ""
+    names = [printable(sample.names[j])[-60:] for j in places[0].columns]
+    entry = ", ".join(sample.toml_name(j) for j in places[0].columns)
+    return (
+        f"no position was found, and {', '.join(names)} are not read: if they "
+        f"are the position, add position = {{ columns = [{entry}] }}"
+    )
+
+
+def unread_positions(sample: Sample, guesses: Sequence[Guess]) -> list[Choice]:
+    """Where an orientation was found and no position, columns x, y, z that are not in the
+    map, change, and are not of another quantity."""
     keys = {guess.key for guess in guesses}
     if "orientation" not in keys or "position" in keys:
-        return ""
+        return []
     used = {column for guess in guesses for column in guess.columns}
     groups = group_columns([sample.words(j) for j in range(len(sample.names))])
+    found = []
     for words, columns in groups.by_words.items():
         if not set("xyz") <= set(columns) or "w" in columns or _is_no_place(words):
             continue
-        chosen = [columns[c] for c in "xyz"]
+        chosen = tuple(columns[c] for c in "xyz")
         values = sample.values[:, chosen]
         values = values[np.isfinite(values).all(axis=1)]
         if not used & set(chosen) and len(values) and np.ptp(values, axis=0).any():
-            names = [printable(sample.names[j])[-60:] for j in chosen]
-            entry = ", ".join(sample.toml_name(j) for j in chosen)
-            return (
-                f"no position was found, and {', '.join(names)} are not read: if they "
-                f"are the position, add position = {{ columns = [{entry}] }}"
-            )
-    return ""
+            found.append(Choice(chosen, words, rank_of(words, set())))
+    return found
 
 
 def _is_no_place(words: Sequence[str]) -> bool:

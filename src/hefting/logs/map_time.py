@@ -16,7 +16,7 @@ TIMES = (
     *("times", "timestamps", "stamps"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
     *("temps", "tiempo", "tempo", "时间", "時間", "時刻"),
-    *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc", "tm"),
+    *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc", "tm", "tout"),
 )
 """Names of the time, without its unit; `names_time` also knows LabVIEW's ``X_Value``."""
 
@@ -57,12 +57,10 @@ def _small_words(text: str) -> list[str]:
 @np.errstate(over="ignore", invalid="ignore")  # as of values of 1e308
 def time_of(sample: Sample) -> Guess | None:
     """The first column named as a time, if possible with increasing numbers, and not the
-    nanoseconds of a stamp; else a column of dates that increase by less than 1 s per
-    row, as those of static poses do not; else the index of a data frame."""
-    named = [j for j in range(len(sample.names)) if names_time(sample.words(j))]
-    if not named:
-        dates = ((j, sample.values[:, j]) for j in sample.dates)
-        named = [j for j, v in dates if _grows(v) and np.nanmedian(np.diff(v)) < 1.0]
+    nanoseconds of a stamp; else one that may be a time; else the index of a data frame."""
+    every = range(len(sample.names))
+    named = [j for j in every if names_time(sample.words(j))]
+    named = named or [j for j in every if _may_be_time(sample, j)]
     numbers = [j for j in named if np.isfinite(sample.values[:, j]).any()]
     numbers.sort(key=lambda j: not _grows(sample.values[:, j]))
     for column in numbers or named:
@@ -81,6 +79,19 @@ def time_of(sample: Sample) -> Guess | None:
         unit, remark = _time_unit(sample.values[:, column], stated, is_sure)
         return Guess("time", (column,), (unit_entry(unit),), remark)
     return _index(sample)
+
+
+def _may_be_time(sample: Sample, column: int) -> bool:
+    """Whether a column increases, and holds dates less than 1 s apart, as those of static
+    poses are not, or states a unit of time, or has a word of one and is no count."""
+    values = sample.values[:, column]
+    steps = np.diff(values)
+    if column in sample.dates:
+        return _grows(values) and bool(np.nanmedian(steps) < 1.0)
+    if sample.has_unit(column, "time"):
+        return _grows(values)
+    words = {*_small_words(sample.words(column))} & {*TIMES}
+    return bool(words) and bool((steps > 0.0).all() and (steps != 1.0).any())
 
 
 def _grows(values: np.ndarray) -> bool:

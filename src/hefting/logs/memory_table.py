@@ -66,11 +66,16 @@ class MemoryTable:
 
         An array ``ft`` (K, 6) becomes columns ``ft_0`` to ``ft_5``, ``pose`` (K, 4, 4)
         columns ``pose_0`` to ``pose_15``, row by row; ``q`` in a dictionary ``robot``
-        columns ``robot.q_0``, ... . K is the most frequent length of an axis; an array
+        columns ``robot.q_0``, ... . K is the most frequent length of an axis of numbers; an array
         (6, K) is transposed.
         """
         flat = dict(_flat(arrays))
-        lengths = Counter(n for values in flat.values() for n in {*_shape(values)})
+        lengths = Counter(
+            length
+            for values in flat.values()
+            if getattr(getattr(values, "dtype", None), "kind", "") not in {*"OSU"}
+            for length in {*_shape(values)}
+        )
         samples = max(lengths, key=lambda n: (lengths[n], n), default=0)
         flat = {name: _samples_first(values, samples) for name, values in flat.items()}
         columns: dict[str, Any] = {}

@@ -87,13 +87,15 @@ def warn_about_static(recording: Recording) -> Recording:
     signs += ["they move smoothly"] if _moves_smoothly(recording) else []
     also = f", although {' and '.join(signs)}" if signs else ""
     what = (
-        f"there is no column time: each of {count} rows is taken as a static pose{also}; "
-        "of rows in motion give the rate in a column map, time = { rate = 250 } [Hz]"
+        f"there is no column time: each of {count} rows is taken as a static pose{also}; of rows in "
+        "motion give the rate in the column map that hefting map LOG writes, time = { rate = 250 } [Hz]"
     )
     if not signs and count <= 1000:
         said = note("no-time-column", what)
         return replace(recording, notes=(*recording.notes, said))
     said = warning("no-time-column", what)
+    if signs:
+        said = warning("time-missing", what, "column_map")
     return replace(recording, warnings=(*recording.warnings, said))
 
 

@@ -1,7 +1,6 @@
 """A file with named columns -> Recording: by a column map, a header that a format knows,
 canonical names, or a guess from other names and numbers."""
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -19,6 +18,7 @@ from hefting.logs.canonical import (
     quote_name,
     read_canonical,
 )
+from hefting.logs.map_groups import about_estimates
 from hefting.logs.registry import Format, formats
 from hefting.logs.table import Table, summarize_list
 
@@ -38,10 +38,6 @@ NEEDED = (
 )
 """Streams whose canonical columns a guess must all use: a header with only some columns
 of a stream is a mistake, for which the canonical reader has an error."""
-
-ESTIMATED = re.compile("(?<![a-z])ext(?![a-z])|(?<![a-z])external|External|cartForce")
-"""Names of external wrenches, which are without the load: Franka's ``K_F_ext_hat_K``,
-Kinova's ``tool_external_wrench``, xArm's ``ft_ext_force``, KUKA's ``cartForce1_X``."""
 
 RATES = (
     "linear_velocity",
@@ -106,8 +102,16 @@ def _recognise(
         # an error without advice is that of a table without rows
         is_canonical = not table.names or there - {"time"} or error.fix
         return None if is_canonical else error
+    wrench = columns_of_streams(table.names, ("wrench",))
+    is_timeless = not ({"time"} & guessed.keys or guessed.missing)
+    if is_timeless and len(wrench) == 6 and "qw" in there:
+        return None
     is_unread = guessed.is_position_unread and there == guessed.columns
-    if not (there < guessed.columns or is_unread):
+    # raw numbers are taken, not the compensated ones of canonical names beside them
+    is_raw = any("raw" in name.lower() for name in guessed.columns - there)
+    is_raw &= bool(streams) and guessed.keys >= streams.keys()
+    is_raw &= guessed.columns >= there - wrench
+    if not (there < guessed.columns or is_unread or is_raw):
         return None
     if column_map is None:
         timeless = guessed.missing[0].startswith("time")
@@ -204,14 +208,8 @@ def _read_recognised(
 
     recording = read_mapped(table, column_map, wrench_needed)
     wrench = column_map.quantities.get("wrench")
-    names = [] if wrench is None else [str(column) for column in wrench.columns]
-    if any(map(ESTIMATED.search, names)):
-        what = (
-            f"{names[0]} seems to be of a wrench that the controller estimates, without "
-            "the load that is configured in it, so the result may lack that: record with "
-            "a load of zero"
-        )
-        warnings += (warning("payload-unknown", what),)
+    if wrench is not None:
+        warnings += about_estimates(str(wrench.columns[0]))
     return replace(recording, warnings=(*warnings, *recording.warnings))
 
 

@@ -16,7 +16,7 @@ from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size
 from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
-from hefting.logs.csv_file import texts
+from hefting.logs.csv_file import READ, texts
 from hefting.logs.registry import Format, find_format, suffix_of, table_formats
 from hefting.logs.table import Block, Table
 from hefting.logs.table_file import opened
@@ -111,7 +111,7 @@ def _numbers(path: str | Path) -> float:
         return float(metadata.num_rows * metadata.num_columns)
     first = next(texts(path), b"")
     cells = sum(first.count(mark) for mark in (b"\n", b",", b";", b"\t"))
-    return cells * Path(path).stat().st_size / max(len(first), 1)
+    return cells * max(Path(path).stat().st_size / READ, 1.0)
 
 
 def _format_of(path: str | Path) -> Format:

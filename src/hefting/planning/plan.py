@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.accuracy import Accuracy
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, check_number
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
@@ -283,6 +283,10 @@ def plan(
 
 
 def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> None:
+    check_number("`duration`", duration, "seconds")
+    check_number("`speed`", speed, "m/s")
+    check_number("`rate`", rate, "Hz")
+    check_number("`seed`", seed, "0 or more")
     if not SHORTEST <= duration <= LONGEST:
         what = f"a plan of {duration:g} s is not of {SHORTEST:g} to {LONGEST:g} s"
         raise InputError(what, fix="give another `duration`")

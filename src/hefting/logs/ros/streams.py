@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import JOINT_STREAMS
+from hefting.logs.map_groups import about_estimates
 from hefting.logs.ros.frames import Link, Tree, checked, compose, list_names, route
 from hefting.logs.ros.messages import TYPES, Gathered, Key
 from hefting.logs.ros.series import Series, tidy
@@ -66,6 +67,7 @@ class Streams:
         frame, _, series = self._one_frame(topic, "wrench")
         self._keep("wrench", series, topic)
         self._note("wrench", topic, frame)
+        self.warnings += about_estimates(topic.topic.name)
         if self.sensor is None:
             self.sensor = frame
         elif frame and frame != self.sensor:
