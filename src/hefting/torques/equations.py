@@ -177,17 +177,20 @@ class TorqueScales:
     """`LEVELS` scales of differences, and the averages that remain"""
 
     @classmethod
-    def empty(cls, joints: int, own: int, arm: int = 0) -> Self:
-        """Moments of no samples; arguments as of `TorqueMoments.empty`."""
+    def empty(
+        cls, joints: int, own: int, arm: int = 0, differences: int = LEVELS
+    ) -> Self:
+        """Moments of no samples; arguments as of `TorqueMoments.empty`, and the number
+        of scales of differences: none where only what is fitted matters."""
         none = TorqueMoments.empty(joints, own, arm)
-        return cls((none,) * (LEVELS + 1))
+        return cls((none,) * (differences + 1))
 
     def fold(self, rows: Rows) -> Self:
         """Moments with consecutive rows added, as a run of their own."""
         values = rows.values * rows.used[:, :, None]
         sums, share = _padded(values), _padded(rows.used.astype(float))
         levels = list(self.levels)
-        for level in range(LEVELS):
+        for level in range(len(levels) - 1):
             pairs = sums.reshape(-1, 2, *sums.shape[1:])
             each = share.reshape(-1, 2, share.shape[1])
             difference = HALF * (pairs[:, 0] - pairs[:, 1])
