@@ -23,6 +23,7 @@ ARGUMENTS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    "--js-flags=--no-opt",
     "--use-angle=swiftshader-webgl",
     "--enable-unsafe-swiftshader",
 )
