@@ -73,10 +73,10 @@ def test_time_scales_together_are_all_rows():
 
 def test_without_scales_the_least_squares_are_the_same():
     """As of the fits that only tell the torques by which friction grows."""
-    part = rows(1000, seed=2)
+    part, empty = rows(1000, seed=2), TorqueScales.empty(7, len(OWN))
     found, want = (
-        fit(TorqueScales.empty(7, len(OWN), differences=k).fold(part), drifting)
-        for k in (0, 3)
+        fit(TorqueScales(empty.levels[:levels]).fold(part), drifting)
+        for levels in (1, 4)
     )
     assert len(found.scales.levels) == 1
     np.testing.assert_allclose(found.std, want.std, rtol=1e-9)

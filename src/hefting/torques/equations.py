@@ -174,16 +174,13 @@ class TorqueScales:
     """
 
     levels: tuple[TorqueMoments, ...]
-    """`LEVELS` scales of differences, and the averages that remain"""
+    """`LEVELS` scales of differences or fewer, and the averages that remain"""
 
     @classmethod
-    def empty(
-        cls, joints: int, own: int, arm: int = 0, differences: int = LEVELS
-    ) -> Self:
-        """Moments of no samples; arguments as of `TorqueMoments.empty`, and the number
-        of scales of differences: none where only what is fitted matters."""
+    def empty(cls, joints: int, own: int, arm: int = 0) -> Self:
+        """Moments of no samples; arguments as of `TorqueMoments.empty`."""
         none = TorqueMoments.empty(joints, own, arm)
-        return cls((none,) * (differences + 1))
+        return cls((none,) * (LEVELS + 1))
 
     def fold(self, rows: Rows) -> Self:
         """Moments with consecutive rows added, as a run of their own."""

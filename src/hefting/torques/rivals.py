@@ -78,7 +78,7 @@ class Rival:
         if counts.sum() < FEWEST_ROWS * unknowns:
             return np.full(2, np.inf), np.ones(self.dynamics.joints)
         # time scales matter for the noise's colour only, not for residuals
-        none = no_samples(self.dynamics, differences=0).levels[0]
+        none = no_samples(self.dynamics).levels[0]
         folded = none.fold_rows(self.values * self.used[..., None])
         moments = replace(folded, counts=counts.astype(float))
         fitted = fit(TorqueScales((moments,)), drifting)

@@ -159,12 +159,10 @@ def drifting(std: Array, times: float = 1.0) -> Array:
     return prior
 
 
-def no_samples(
-    dynamics: JointDynamics, arm_known: bool = False, differences: int = LEVELS
-) -> TorqueScales:
+def no_samples(dynamics: JointDynamics, arm_known: bool = False) -> TorqueScales:
     """Moments of no samples."""
     arm = 0 if arm_known else len(dynamics.base)
-    return TorqueScales.empty(dynamics.joints, len(OWN), arm, differences)
+    return TorqueScales.empty(dynamics.joints, len(OWN), arm)
 
 
 def _rows(
@@ -184,9 +182,10 @@ def _folded(
     load: Load,
     differences: int = LEVELS,
 ) -> TorqueScales:
-    """Moments of the rows of all runs, with friction by `load`."""
+    """Moments of the rows of all runs, with friction by `load`; of no `differences`
+    where only what is fitted matters."""
     arm_known = any(own.published is not None for own in rows)
-    scales = no_samples(dynamics, arm_known, differences)
+    scales = TorqueScales(no_samples(dynamics, arm_known).levels[: differences + 1])
     for own in rows:
         scales = scales.fold(own.under(dynamics, load))
     return scales
