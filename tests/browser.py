@@ -23,11 +23,12 @@ ARGUMENTS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
+    "--js-flags=--no-opt",
     "--use-angle=swiftshader-webgl",
     "--enable-unsafe-swiftshader",
 )
 """WebGL is drawn by the processor, and so is the page, without WebGL; nothing is fetched
-in the background."""
+in the background, and scripts of a few seconds are not worth the optimising compiler."""
 DESKTOP, PHONE = (1440, 900), (390, 844)
 """Sizes of a window [pixels]."""
 LOOKS = ((DESKTOP, "light"), (PHONE, "dark"))
@@ -44,6 +45,14 @@ if (location.search.includes("fixedDpr")) {
 }
 """
 """Ten frames a second, at most: as many as it can would keep a processor busy."""
+BLURRED = """
+let plotly;
+Object.defineProperty(window, "Plotly", {
+  get: () => plotly,
+  set: (found) => { plotly = found; plotly.setPlotConfig({plotGlPixelRatio: 0.5}); },
+});
+"""
+"""Plotly draws solids with a sixteenth of its pixels."""
 LONGEST = 60_000
 """[ms] A busy processor draws what a graphics card draws at once."""
 OWN = ("file:", "data:", "blob:", "about:", "http://127.0.0.1", "ws://127.0.0.1")
@@ -96,7 +105,7 @@ def browsing(
         has_touch=size == PHONE,
     )
     context.set_default_timeout(LONGEST)
-    context.add_init_script(SELDOM)
+    context.add_init_script(SELDOM + BLURRED)
     visit = Visit(context.new_page())
 
     def on_console(message: Any) -> None:

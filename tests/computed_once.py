@@ -21,7 +21,6 @@ OF_RUNS = (
     ("hefting.identification.by_torques", "of_rivals"),
     ("hefting.identification.by_torques", "without_delay"),
     ("hefting.torques.runs", "_rows"),
-    ("hefting.torques.runs", "_folded"),
 )
 """What identification calls of runs of joint torques."""
 SAMPLING = "hefting.shapes.shape", "sample"

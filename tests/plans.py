@@ -20,12 +20,19 @@ BRIEF_STEPS = 100
 
 
 def search_briefly(monkeypatch):
-    """Quick searches are brief ones, after which accuracies are expected at two instants
-    alone. How good quick plans are is tested in planning/."""
+    """Quick searches are brief ones, with a `brief_forecast`. How good quick plans are
+    is tested in planning/."""
     monkeypatch.setitem(EFFORTS, "quick", BRIEF)
-    monkeypatch.setitem(INSTANTS, "quick", 2)
+    brief_forecast(monkeypatch)
     brief = partial(best_tour, steps=BRIEF_STEPS)
     monkeypatch.setattr("hefting.planning.tours.best_tour", brief)
+
+
+def brief_forecast(monkeypatch):
+    """Accuracies are expected at two instants alone, of one draw of the noise: that of
+    several the mean is told is tested in planning/test_sensors.py."""
+    monkeypatch.setitem(INSTANTS, "quick", 2)
+    monkeypatch.setattr("hefting.planning.sensors.NOISES", 1)
 
 
 def random_plan(n, duration=2.0, source="arm.urdf", tip="tool", size=2.0, asked=None):

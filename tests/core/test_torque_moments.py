@@ -139,3 +139,16 @@ def test_a_column_of_rounding_size_is_no_unknown():
     np.testing.assert_allclose(
         (half @ half.T)[:3, :3], np.linalg.inv(A[:, :3].T @ A[:, :3]), rtol=1e-9
     )
+
+
+@pytest.mark.parametrize("apart", [1.0, 1e-8, 1e-11])
+def test_half_of_the_inverse_of_columns_that_are_alike(apart):
+    """As by singular values, of which the third has one that leaves a direction open."""
+    A = np.random.default_rng(5).normal(size=(2, 50, 4))
+    A[1, :, 3] = A[1, :, 2] + apart * A[1, :, 3]
+    A /= np.linalg.norm(A, axis=1, keepdims=True)
+    half, inverse = pseudo_inverse_half(A), np.linalg.pinv(A, rcond=1e-9)
+    want = inverse @ np.swapaxes(inverse, 1, 2)
+    np.testing.assert_allclose(
+        half @ np.swapaxes(half, 1, 2), want, atol=1e-6 * want.max()
+    )

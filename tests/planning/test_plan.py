@@ -10,7 +10,7 @@ import hefting
 from hefting.core.errors import InputError
 from hefting.planning import tours
 from hefting.planning.limits import CLEARANCE
-from hefting.planning.result import INSTANTS, time_needed
+from hefting.planning.result import time_needed
 from hefting.planning.sensors import GAIN
 from hefting.planning.tours import STEPS, best_tour
 from hefting.simulation.arm_links import TORQUE_ARMS
@@ -20,7 +20,7 @@ pytest.importorskip("mujoco")
 from benchmarks.planning_limits import Case, broken, kept
 from benchmarks.planning_runs import Bench, bodies, width_ratios
 
-from plans import search_briefly
+from plans import brief_forecast, search_briefly
 
 ARM = TORQUE_ARMS["ur5e"].arm
 
@@ -49,8 +49,8 @@ def _briefly(monkeypatch):
 
 @pytest.fixture
 def _told_twice(monkeypatch):
-    """Where what is expected of a plan does not matter, it is told at two instants."""
-    monkeypatch.setitem(INSTANTS, "quick", 2)
+    """Where what is expected of a plan does not matter."""
+    brief_forecast(monkeypatch)
 
 
 def refused(bench, **arguments):

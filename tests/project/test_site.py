@@ -21,6 +21,7 @@ MADE = ("_build", "api", "commands", "drawn", "gallery", "project")
 """Parts of docs/ that an earlier build wrote."""
 STRICT = ("-n", "-W", "--keep-going", "-q")
 SPHINX = """
+import logging
 import sys
 from pathlib import PurePosixPath
 
@@ -31,6 +32,7 @@ from sphinx.search.en import SearchEnglish
 
 import hefting.plots.style
 
+logging.disable(logging.INFO)
 SearchEnglish.stem = lambda self, word: word
 Figure.draw_without_rendering = lambda figure: None
 Figure.get_layout_engine = lambda figure: None
@@ -49,8 +51,8 @@ sys.exit(main(sys.argv[1:]))
 """Sphinx, for which the list of all pages, beside the text of each, is found once for all
 pages of a folder. From these its links are the same; which of them is shown as open is
 not looked at here. For each page anew it took a fifth of the time. Words to search for
-are left as they are, and figures are drawn as hastily as in `hasty_pictures.py`: neither is
-looked at here."""
+are left as they are, figures are drawn as hastily as in `hasty_pictures.py`, and nothing
+below a warning is logged: none of it is looked at here."""
 
 
 @pytest.fixture(scope="module")

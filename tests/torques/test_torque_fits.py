@@ -71,6 +71,18 @@ def test_time_scales_together_are_all_rows():
     assert scales.samples == 1000
 
 
+def test_without_scales_the_least_squares_are_the_same():
+    """As of the fits that only tell the torques by which friction grows."""
+    part, empty = rows(1000, seed=2), TorqueScales.empty(7, len(OWN))
+    found, want = (
+        fit(TorqueScales(empty.levels[:levels]).fold(part), drifting)
+        for levels in (1, 4)
+    )
+    assert len(found.scales.levels) == 1
+    np.testing.assert_allclose(found.std, want.std, rtol=1e-9)
+    np.testing.assert_allclose(found.common, want.common, atol=1e-9)
+
+
 def test_live_rows_are_those_of_a_recording():
     part = rows(300, seed=1)
     live = LiveTorques.empty(7, len(OWN))

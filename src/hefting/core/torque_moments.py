@@ -18,6 +18,7 @@ leaves.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from typing import Self
@@ -207,6 +208,10 @@ def pseudo_inverse_half(A: Array) -> Array:
     """X (..., c, k) with X X' = (A'A)^+ for A (..., r, c) with columns scaled to unit
     length; zero columns for combinations that A leaves open."""
     N, lengths = scaled(A)
+    with suppress(np.linalg.LinAlgError):  # a fifth of the time of singular values
+        X = np.linalg.inv(np.linalg.qr(N, mode="r"))
+        if np.linalg.norm(X) < 1.0 / WELL_CONDITIONED:
+            return X / np.swapaxes(lengths, -1, -2)
     _, S, V = np.linalg.svd(N, full_matrices=False)
     inverse = np.divide(1.0, S, out=np.zeros_like(S), where=S > OPEN)
     return np.swapaxes(V * inverse[..., None] / lengths, -1, -2)

@@ -25,7 +25,7 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.regressor import FULL_MAP
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, cross
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.path import WORLD_AXES_COLUMNS, Path, Reading
@@ -251,11 +251,9 @@ def _tangents_in_sensor_axes(rows: Array, gravity: Array) -> Array:
 def tangents_of(gravity: Array) -> Array:
     """(2, 3) unit vectors perpendicular to gravity (3,) and to each other."""
     axis = np.eye(3)[np.argmin(np.abs(gravity))]
-    first = np.cross(gravity, axis)
+    first = cross(gravity, axis)
     first = first / np.linalg.norm(first)
-    return np.array(
-        (first, np.cross(gravity / np.linalg.norm(gravity), first)), dtype=float
-    )
+    return np.array((first, cross(gravity / np.linalg.norm(gravity), first)))
 
 
 def tilt_gravity(gravity: Array, change: Array) -> Array:

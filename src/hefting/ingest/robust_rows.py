@@ -106,14 +106,15 @@ def _reweighted(
     known, wrench = both[:, :, :-6], both[:, :, -6:]
     O, K, _ = known.shape
     nu = STUDENT_DEGREES_OF_FREEDOM
-    residual = wrench - wrench.mean(axis=1, keepdims=True)
-    square = squared_lengths(residual)
+    residual = wrench
     count = np.maximum(used.sum(axis=1), 1.0)
     per_axis, least = 3.0 * count[:, None], np.square(floor)
-    weights, solution = used, np.zeros((O, 0))
-    variance = np.maximum(square.mean(axis=1) / 3.0, least)
+    solution, square = np.zeros((O, 0)), np.zeros((O, K, 2))
     if start is not None:
         weights, variance = start.weights, np.square(start.scale)
+    else:
+        changes = np.var(wrench, axis=1).reshape(O, 2, 3).sum(axis=2)
+        weights, variance = used, np.maximum(changes / 3.0, least)
     heavy = (nu + 6.0) * used
     for _ in range(iterations):
         solution, coefficients = solve(weights, np.sqrt(variance))

@@ -117,8 +117,9 @@ class JointDynamics:
         W = np.empty((len(q), self.joints, 10 * self.joints))
         for k, (a, b, c) in enumerate(zip(*values, strict=True)):
             W[k] = pin.computeJointTorqueRegressor(self.model, data, a, b, c)
-        W = W.reshape(len(q), self.joints, self.joints, 10)[..., ORDER]
-        return W.reshape(len(q), self.joints, -1)
+        by_link = W.reshape(len(q), self.joints, self.joints, 10)
+        by_link[..., 6:8] = by_link[..., ORDER[6:8]]
+        return W
 
     @cached_property
     def arm(self) -> Array:

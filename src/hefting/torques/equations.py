@@ -174,7 +174,7 @@ class TorqueScales:
     """
 
     levels: tuple[TorqueMoments, ...]
-    """`LEVELS` scales of differences, and the averages that remain"""
+    """`LEVELS` scales of differences or fewer, and the averages that remain"""
 
     @classmethod
     def empty(cls, joints: int, own: int, arm: int = 0) -> Self:
@@ -187,7 +187,7 @@ class TorqueScales:
         values = rows.values * rows.used[:, :, None]
         sums, share = _padded(values), _padded(rows.used.astype(float))
         levels = list(self.levels)
-        for level in range(LEVELS):
+        for level in range(len(levels) - 1):
             pairs = sums.reshape(-1, 2, *sums.shape[1:])
             each = share.reshape(-1, 2, share.shape[1])
             difference = HALF * (pairs[:, 0] - pairs[:, 1])

@@ -71,7 +71,7 @@ class EmptyRuns:
         rows = _rows(dynamics, (), runs, False)
         load = Load.published(dynamics)
         for _ in range(LOAD_PASSES):
-            fitted = fit(_folded(dynamics, rows, load), drifting)
+            fitted = fit(_folded(dynamics, rows, load, 0), drifting)
             load = Load(_arm_of(dynamics, fitted), np.zeros(PAYLOAD))
         digests = tuple(run.digest for run in runs)
         return cls(_folded(dynamics, rows, load), load, digests)
@@ -113,7 +113,7 @@ class LoadedRuns:
         prior = partial(drifting, times=1.0 if self.drift else NO_CHANGE)
         rows = _rows(self.dynamics, self.loaded, self.empty, self.arm_known)
         for _ in range(LOAD_PASSES):
-            load = loads_of(self, fit(self._scales(rows, load), prior))
+            load = loads_of(self, fit(self._scales(rows, load, 0), prior))
         scales = self._scales(rows, load)
         fitted = fit(scales, prior)
         if self.drift and fitted.changes > LARGEST_CHANGE:
@@ -138,10 +138,15 @@ class LoadedRuns:
             runs.append(self.calibration)
         return [each.fit for each in runs]
 
-    def _scales(self, rows: Sequence[Rows], load: Load) -> TorqueScales:
+    def _scales(
+        self, rows: Sequence[Rows], load: Load, differences: int = LEVELS
+    ) -> TorqueScales:
         """Moments of the rows of all runs and of the calibration."""
-        own = _folded(self.dynamics, rows, load)
-        return own if self.calibration is None else own.merge(self.calibration.scales)
+        own = _folded(self.dynamics, rows, load, differences)
+        if self.calibration is None:
+            return own
+        other = self.calibration.scales
+        return own.merge(other if differences else TorqueScales((other.whole,)))
 
 
 def drifting(std: Array, times: float = 1.0) -> Array:
@@ -171,10 +176,16 @@ def _rows(
     return tuple(Rows.of(dynamics, run, carries, arm_known) for run, carries in runs)
 
 
-def _folded(dynamics: JointDynamics, rows: Sequence[Rows], load: Load) -> TorqueScales:
-    """Moments of the rows of all runs, with friction by `load`."""
+def _folded(
+    dynamics: JointDynamics,
+    rows: Sequence[Rows],
+    load: Load,
+    differences: int = LEVELS,
+) -> TorqueScales:
+    """Moments of the rows of all runs, with friction by `load`; of no `differences`
+    where only what is fitted matters."""
     arm_known = any(own.published is not None for own in rows)
-    scales = no_samples(dynamics, arm_known)
+    scales = TorqueScales(no_samples(dynamics, arm_known).levels[: differences + 1])
     for own in rows:
         scales = scales.fold(own.under(dynamics, load))
     return scales

@@ -117,13 +117,14 @@ class _Run:
         return np.broadcast_to(known[:, None, None], (*self.used.shape, 1)) * 1.0
 
     def later(self, by: float) -> Array:
-        """(K, n, 1) torques recorded `by` seconds later [N m], less those of a known
-        arm; at samples, as interpolation would reduce the noise."""
+        """(K, n, 1) by which torques recorded `by` seconds later differ [N m]; at
+        samples, as interpolation would reduce the noise."""
         raw, many = self.raw, len(self.raw.time)
         steps = round(by / raw.interval)
+        if not steps:
+            return np.zeros((*self.used.shape, 1))
         torque = raw.torque[np.clip(np.arange(many) + steps, 0, many - 1)]
-        change = averages(torque - raw.torque, self.starts)
-        return self.columns[..., -1:] + change[..., None]
+        return averages(torque - raw.torque, self.starts)[..., None]
 
     @cached_property
     def starts(self) -> Indices:
@@ -223,10 +224,8 @@ class Suspects:
         X[: len(rows)] = rows
         explained = U.T @ X
         beyond = X - U @ explained
-        prior = np.diag(np.broadcast_to(1.0 / usual, X.shape[1:]))
-        solution = np.linalg.lstsq(
-            np.vstack((beyond, prior)), np.append(residuals, np.zeros(len(prior)))
-        )[0]
+        prior = np.diag(np.broadcast_to(usual, X.shape[1:]) ** -2.0)
+        solution = np.linalg.solve(beyond.T @ beyond + prior, beyond.T @ residuals)
         theta = np.asarray(solution, dtype=float)
         both = np.stack((residuals, residuals - beyond @ theta))
         # large friction by load is no mistake: its prior does not count
@@ -248,19 +247,18 @@ class Suspects:
     def _long_delay(self, loaded: bool) -> Suspect:
         """The best delay among `DELAYS` for all runs, or for the loaded ones."""
         U, back, residuals = self.basis
-        torque = self.stacked(r.columns[..., -1:] for r in self.parts)[:, 0]
         inside = self.stacked(r.inside for r in self.parts)[:, 0] > 0.0
 
         def changed(by: float) -> Array:
             own = self.stacked(
                 r.later(by * (r.loaded or not loaded)) for r in self.parts
             )
-            return np.append(own[:, 0] - torque, np.zeros(len(residuals) - len(torque)))
+            return np.append(own, np.zeros(len(residuals) - len(own)))
 
         def remaining(by: float) -> Array:
             change = changed(by)
             kept = residuals + change - U @ (U.T @ change)
-            kept[: len(torque)][~inside] = 0.0
+            kept[: len(inside)][~inside] = 0.0
             return kept
 
         by, step = 0.0, max(r.raw.interval for r in self.parts)
@@ -270,7 +268,7 @@ class Suspects:
             by = float(times[np.argmin(lengths)])
         evidence = -np.inf
         if abs(by) > LONG:
-            evidence = _evidence(remaining(0.0), remaining(by), len(torque), 1)
+            evidence = _evidence(remaining(0.0), remaining(by), len(inside), 1)
         shift = (back @ (U.T @ changed(by)))[-PAYLOAD:]
         return Suspect("delay", loaded, np.array([by]), evidence, shift)
 

@@ -101,9 +101,8 @@ def _different_axes(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
             undo[:3, :3], undo[3:, 3:] = first, sign * second
             undo *= 1.0 if undo.sum() >= 0.0 else -1.0
             is_turn = sign > 0.0 and np.array_equal(first, second)
-            if not is_turn and not any(
-                np.array_equal(undo, s * each) for each in taken for s in (1.0, -1.0)
-            ):
+            # of signed permutations, 6 for the same one and -6 for its opposite
+            if not is_turn and np.abs(np.tensordot(taken, undo)).max() < 6.0:
                 found.append(undo)
     return found
 

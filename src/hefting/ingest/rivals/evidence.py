@@ -119,8 +119,7 @@ def with_bias(
     z, _, p = maps.shape
     whole = np.zeros((z + n, 6, p + 6 * n))
     whole[:z, :, :p] = maps
-    for j in range(n):
-        whole[z + j, :, p + 6 * j : p + 6 * j + 6] = np.eye(6)
+    whole[z:, :, p:] = np.eye(6 * n).reshape(n, 6, 6 * n)
     return Rows(known, whole, np.asarray(used, dtype=float), wrench)
 
 
