@@ -1,7 +1,6 @@
 """Fixtures that several files share."""
 
 import gc
-import os
 import sys
 from functools import partial
 from importlib import import_module
@@ -98,13 +97,6 @@ INPUTS: dict[bytes, object] = {}
 gc.disable()
 """Until tests are collected: modules and tests stay, and to look through them for garbage
 takes a fifth of the time."""
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers():
-    """One process more than processors: while a test waits for messages, for a browser
-    or for a process that it started, another is run."""
-    return (os.cpu_count() or 1) + 1
 
 
 def pytest_collection_finish():
