@@ -3,8 +3,10 @@
 structures becomes columns ``force.x``, ... ."""
 
 import io
+import struct
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +21,7 @@ from hefting.core.spatial import Array
 from hefting.logs.canonical import table_from_recording
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
-from hefting.logs.table import LONGEST_LIST, Block, label
+from hefting.logs.table import LONGEST_LIST, Block, check_cells, label
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -43,39 +45,60 @@ class ParquetTable:
     names: tuple[str, ...]
     places: tuple[tuple[str, int | None], ...]
     """of each name the file's column, and the index in its lists"""
+    schema: "pa.Schema"
+    """of the file's columns"""
+    count: int
+    """Number of rows."""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`. Dates are in seconds
         since 1970, durations in seconds."""
-        import pyarrow as pa
+        for j in columns:
+            name, place = self.places[j]
+            kind = self.schema.field(name).type
+            where = f"{self.source}, column {label(self, j)}"
+            _check_kind(kind if place is None else kind.value_type, where)
+        before = 0
+        with reading(self.source):
+            for table in self._tables(
+                dict.fromkeys(self.places[j][0] for j in columns)
+            ):
+                report(READING, before / self.count)
+                arrays = {j: _part(table, *self.places[j]) for j in columns}
+                values = {j: _values_of(column) for j, column in arrays.items()}
+                blank = {
+                    j: column.is_null().to_numpy() if column.null_count else None
+                    for j, column in arrays.items()
+                }
+                yield Block(np.arange(len(table)) + before + 1, values, blank)
+                before += len(table)
+
+    def _tables(self, stored: Iterable[str]) -> "Iterator[pa.Table]":
+        """Successive rows of the file's columns of these names."""
         from pyarrow import parquet
 
-        stored = list(dict.fromkeys(self.places[j][0] for j in columns))
-        before = 0
-        try:
-            with parquet.ParquetFile(
-                self.source, buffer_size=BUFFER, pre_buffer=False
-            ) as file:
-                kinds = flat(file.schema_arrow.empty_table()).schema
-                for j in columns:
-                    name, place = self.places[j]
-                    kind = kinds.field(name).type
-                    where = f"{self.source}, column {label(self, j)}"
-                    _check_kind(kind if place is None else kind.value_type, where)
-                rows = max(file.metadata.num_rows, 1)
-                for batch in file.iter_batches(ROWS, columns=stored):
-                    report(READING, before / rows)
-                    table = flat(pa.Table.from_batches([batch]))
-                    arrays = {j: _part(table, *self.places[j]) for j in columns}
-                    values = {j: _values_of(column) for j, column in arrays.items()}
-                    blank = {
-                        j: column.is_null().to_numpy() if column.null_count else None
-                        for j, column in arrays.items()
-                    }
-                    yield Block(np.arange(len(batch)) + before + 1, values, blank)
-                    before += len(batch)
-        except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-            raise read_error(self.source, error) from error
+        with parquet.ParquetFile(
+            self.source, buffer_size=BUFFER, pre_buffer=False
+        ) as file:
+            yield from _read(file, ROWS, [*stored], self.source)
+
+
+def _read(
+    file: "parquet.ParquetFile", rows: int, columns: list[str], path: str | Path
+) -> "Iterator[pa.Table]":
+    """Columns of a file, so many rows at a time. `InputError` where they are larger than
+    can be read, as a part of a compressed file may be."""
+    import pyarrow as pa
+
+    for k in range(file.num_row_groups):
+        group, size = file.metadata.row_group(k), 0
+        for i in range(group.num_columns):
+            part = group.column(i)
+            if f"{part.path_in_schema}.".startswith(tuple(f"{n}." for n in columns)):
+                size += max(part.num_values, part.total_uncompressed_size // 8)
+        check_cells(size, path)
+    for batch in file.iter_batches(rows, columns=columns):
+        yield flat(pa.Table.from_batches([batch]))
 
 
 def _part(table: "pa.Table", name: str, place: int | None) -> "pa.ChunkedArray":
@@ -127,42 +150,44 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
 
     Raises `InputError` when it cannot be read, or names repeat.
     """
-    import pyarrow as pa
     from pyarrow import parquet
 
-    try:
-        with parquet.ParquetFile(path) as file:
-            lengths = _lengths_of_lists(file)
-    except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-        raise read_error(path, error) from error
-    places = [
-        (name, place)
-        for name, length in lengths
-        for place in ([None] if length is None else range(length))
-    ]
-    names = [n if place is None else f"{n}_{place}" for n, place in places]
+    with reading(path), parquet.ParquetFile(path) as file:
+        schema = flat(file.schema_arrow.empty_table()).schema
+        names, places = divided(
+            schema, lambda n: next(_read(file, 1, [n], path), None), path
+        )
+        return ParquetTable(str(path), names, places, schema, file.metadata.num_rows)
+
+
+def divided(
+    schema: "pa.Schema",
+    first: "Callable[[str], pa.Table | None]",
+    path: str | Path,
+) -> tuple[tuple[str, ...], tuple[tuple[str, int | None], ...]]:
+    """Names of columns, and the place of each, where a column of lists is divided by the
+    `first` list that is not null in a table with it. Lists that are empty or longer than
+    `LONGEST_LIST` are not divided. `InputError` for repeated names."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
+    places: list[tuple[str, int | None]] = []
+    for field in schema:
+        count, table = 0, None
+        if any(of(field.type) for of in lists):
+            table = first(field.name)
+        if table is not None:
+            lengths = compute.call_function("list_value_length", [table[field.name]])
+            count = next(iter(lengths.drop_null().slice(0, 1).to_pylist()), 0)
+        divides = 0 < count <= LONGEST_LIST
+        places += [(field.name, k) for k in (range(count) if divides else [None])]
+    names = tuple(n if place is None else f"{n}_{place}" for n, place in places)
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
         what = f"column {twice[0][0][:40]!r} is there {twice[0][1]} times"
         raise InputError(what, path, "keep one of them")
-    return ParquetTable(str(path), tuple(names), tuple(places))
-
-
-def _lengths_of_lists(file: "parquet.ParquetFile") -> list[tuple[str, int | None]]:
-    """Each column of a file with the length of its first list; None for other columns,
-    and for lists that are empty or longer than `LONGEST_LIST`."""
-    import pyarrow as pa
-
-    lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
-    schema = flat(file.schema_arrow.empty_table()).schema
-    known = [field.name for field in schema if any(of(field.type) for of in lists)]
-    first = next(file.iter_batches(1, columns=known), None) if known else None
-    rows = [] if first is None else flat(pa.Table.from_batches([first])).to_pylist()
-    lengths = {name: len(row[name] or ()) for row in rows for name in known}
-    return [
-        (n, lengths[n] if 0 < lengths.get(n, 0) <= LONGEST_LIST else None)
-        for n in schema.names
-    ]
+    return names, tuple(places)
 
 
 def flat(table: "pa.Table") -> "pa.Table":
@@ -174,12 +199,21 @@ def flat(table: "pa.Table") -> "pa.Table":
     return table
 
 
-def read_error(path: str | Path, error: Exception, kind: str = "Parquet") -> InputError:
-    """The error of a file of a `kind` that pyarrow cannot read."""
-    reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-    return InputError(
-        f"cannot be read as {kind} ({reason})", path, "write the file again"
-    )
+@contextmanager
+def reading(path: str | Path, kind: str = "Parquet") -> Iterator[None]:
+    """Context in which errors of pyarrow are `InputError`s of a file of a `kind`."""
+    import pyarrow as pa
+
+    damaged = UnicodeDecodeError, OSError, LookupError, struct.error
+    try:
+        yield
+    except (pa.ArrowException, *damaged) as error:
+        reason = (
+            str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+        )
+        raise InputError(
+            f"cannot be read as {kind} ({reason})", path, "write the file again"
+        ) from error
 
 
 def write_parquet(recording: Recording, path: str | Path) -> tuple[str, ...]:

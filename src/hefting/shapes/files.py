@@ -28,8 +28,25 @@ MAX_NUMBERS = 50_000_000
 """Most numbers that the vertices of a PLY file may have in all (0.4 GB)."""
 
 MAX_NODES = 10_000
-"""Most nodes of a scene: the time to place them can grow with the square of their
-number."""
+"""Most nodes of a scene, parts of its meshes, and parts that its nodes place."""
+
+MAX_LEVELS = 100
+"""Most levels of a scene's nodes: the time to place one grows with its level."""
+
+MAX_CORNERS = 20_000_000
+"""Most vertices and indices of a scene's meshes: some 3 million triangles."""
+
+KEPT = (
+    "asset",
+    "accessors",
+    "buffers",
+    "bufferViews",
+    "meshes",
+    "nodes",
+    "scenes",
+    "scene",
+)
+"""What is read of a scene."""
 
 PART = 2**20
 """Bytes of a block in which words are counted."""
@@ -88,21 +105,54 @@ def check_count(count: int, path: str | Path) -> None:
         )
 
 
-def check_glb(data: bytes) -> None:
-    """`ValueError` for a binary glTF scene whose header is too large for JSON, whose
-    arrays are longer than the file (glTF allows arrays without data, filled with zeros),
-    or that has too many nodes."""
-    header = data[20 : 20 + struct.unpack_from("<I", data, 12)[0]]
+def plain_glb(data: bytes) -> bytes:
+    """A binary glTF scene with its nodes, vertices and triangles alone.
+
+    `ValueError`, `KeyError`, `IndexError` or `TypeError` for one whose header is too large
+    for JSON, whose arrays are longer than the file (glTF allows arrays without data,
+    filled with zeros), or are used too often, or that has too many nodes or parts.
+    """
+    start = 20 + struct.unpack_from("<I", data, 12)[0]
+    header = data[20:start]
     if len(header) > MAX_JSON or header.count(b"[") + header.count(b"{") > MAX_LISTS:
         raise ValueError("the header is too large")
     scene = json.loads(header)
-    without_data = [a["count"] for a in scene["accessors"] if "bufferView" not in a]
-    if sum(accessor["count"] for accessor in scene["accessors"]) > len(data):
+    scene = {key: scene[key] for key in KEPT if key in scene}
+    arrays = scene["accessors"]
+    without_data = [abs(a["count"]) for a in arrays if "bufferView" not in a]
+    if sum(abs(each["count"]) for each in arrays) > len(data):
         raise ValueError("arrays longer than the file")
     if sum(without_data) > MAX_CLOUD:
         raise ValueError("long arrays made of nothing")
-    if len(scene.get("nodes", ())) > MAX_NODES:
-        raise ValueError("too many nodes")
+    nodes, meshes, corners = scene.get("nodes", []), scene["meshes"], 0
+    for mesh in meshes:
+        for k, part in enumerate(mesh["primitives"]):
+            used = {key: part[key] for key in ("indices", "mode") if key in part}
+            position = part["attributes"]["POSITION"]
+            corners += arrays[position]["count"]
+            corners += arrays[part["indices"]]["count"] if "indices" in part else 0
+            mesh["primitives"][k] = {"attributes": {"POSITION": position}, **used}
+    placed = [meshes[node["mesh"]] for node in nodes if "mesh" in node]
+    parts = max(sum(len(m["primitives"]) for m in some) for some in (placed, meshes))
+    if max(parts, len(nodes)) > MAX_NODES or corners > MAX_CORNERS:
+        raise ValueError("too many nodes, or parts of meshes")
+    _check_levels([node.get("children", ()) for node in nodes])
+    text = json.dumps(scene).encode()
+    text += b" " * (-len(text) % 4)
+    size = 20 + len(text) + len(data) - start
+    head = struct.pack("<4sIII4s", b"glTF", 2, size, len(text), b"JSON")
+    return head + text + data[start:]
+
+
+def _check_levels(children: list[list[int]]) -> None:
+    """`ValueError` for nodes with these children that are no trees, or too high ones."""
+    if sum(map(len, children)) > len(children):
+        raise ValueError("a node has two parents")
+    level = set(range(len(children)))
+    for _ in range(MAX_LEVELS):
+        level = {child for node in level for child in children[node]}
+    if level:
+        raise ValueError("too many levels of nodes")
 
 
 @dataclass(frozen=True)

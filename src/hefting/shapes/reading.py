@@ -1,8 +1,11 @@
 """Reading meshes and point clouds from files, which are not trusted."""
 
 import io
+import re
 import struct
 import warnings
+from array import array
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +17,8 @@ from hefting.shapes.files import (
     PLY_ORDERS,
     PlyKind,
     check_count,
-    check_glb,
     check_text,
+    plain_glb,
     read_bytes,
     read_ply_header,
     read_ply_vertices,
@@ -31,6 +34,10 @@ STL_TRIANGLE = np.dtype(
     [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )
 """A triangle of a binary STL file."""
+STL_VERTEX = re.compile(
+    rb"vertex\s++(\S{1,40})\s++(\S{1,40})\s++(\S{1,40})(?!\S)", re.IGNORECASE
+)
+"""A corner of a triangle in an ASCII STL file."""
 
 
 def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
@@ -46,35 +53,13 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
         return _binary_stl(data, path)
     if suffix == ".ply" and (mesh := _binary_ply(data, path)) is not None:
         return mesh
-    import logging
-
-    import trimesh
-
     if suffix != ".glb":
         check_text(data, path)
-    log = logging.getLogger("trimesh")
-    if not log.handlers:  # otherwise Python prints messages about damaged files
-        log.addHandler(logging.NullHandler())
     try:
-        if suffix == ".glb":
-            check_glb(data)
-        elif suffix in (".obj", ".off") or data.startswith(b"solid"):
-            data = _as_utf8(data)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(
-                io.BytesIO(data),
-                file_type=suffix[1:],
-                process=False,
-                skip_materials=True,
-            )
-            faces = 0
-            for node in scene.graph.nodes_geometry:
-                faces += len(getattr(scene.geometry[scene.graph[node][1]], "faces", ()))
-                _check_faces(faces, path)
-            mesh = scene.to_mesh()
-        faces = np.asarray(mesh.faces, dtype=np.int64)
-        return np.asarray(mesh.vertices, dtype=float), faces
+        read = {".stl": _ascii_stl, ".obj": _obj}.get(suffix)
+        vertices, faces = (
+            _by_trimesh(data, suffix, path) if read is None else read(data)
+        )
     except InputError:
         raise
     except Exception as error:  # a damaged file makes a parser fail in any way
@@ -82,6 +67,64 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
         raise InputError(
             what, path, "export it again, for example as binary .stl"
         ) from error
+    _check_faces(len(faces), path)
+    return vertices, faces
+
+
+def _by_trimesh(data: bytes, suffix: str, path: str | Path) -> tuple[Array, np.ndarray]:
+    """Vertices and faces as trimesh reads them."""
+    import logging
+
+    import trimesh
+
+    log = logging.getLogger("trimesh")
+    if not log.handlers:  # otherwise Python prints messages about damaged files
+        log.addHandler(logging.NullHandler())
+    if suffix == ".glb":
+        data = plain_glb(data)
+    elif suffix == ".off":
+        data = _as_utf8(data)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = trimesh.load_scene(
+            io.BytesIO(data), file_type=suffix[1:], process=False, skip_materials=True
+        )
+        count = 0
+        for node in scene.graph.nodes_geometry:
+            part = scene.geometry[scene.graph[node][1]]
+            corners = len(getattr(part, "vertices", ()))
+            count += max(len(getattr(part, "faces", ())), corners // 3)
+            _check_faces(count, path)
+        mesh = scene.to_mesh()
+    faces = np.asarray(mesh.faces, dtype=np.int64)
+    return np.asarray(mesh.vertices, dtype=float), faces
+
+
+def _ascii_stl(data: bytes) -> tuple[Array, np.ndarray]:
+    """Vertices and faces of all solids in an ASCII STL file, each face with vertices of
+    its own."""
+    vertices = np.array(STL_VERTEX.findall(data)).astype(float)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _obj(data: bytes) -> tuple[Array, np.ndarray]:
+    """Vertices and faces of an OBJ file, polygons as fans of triangles; what else is in
+    it is passed over."""
+    vertices, faces = array("d"), array("q")
+    for line in data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines():
+        kind, *words = line.split() or [b""]
+        if kind == b"v":
+            x, y, z = map(float, words[:3])
+            vertices.extend((x, y, z))
+        elif kind == b"f":
+            corners = [int(word.partition(b"/")[0]) for word in words]
+            if 0 in corners:
+                raise ValueError("vertices are counted from 1, or from the last, -1")
+            known = len(vertices) // 3
+            first, *others = (k - 1 if k > 0 else k + known for k in corners)
+            for pair in pairwise(others):
+                faces.extend((first, *pair))
+    return np.array(vertices).reshape(-1, 3), np.array(faces).reshape(-1, 3)
 
 
 def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
