@@ -28,6 +28,10 @@ MAX_XML = 16 * 2**20
 MAX_DEPTH = 10_000
 """Deepest nesting of XML elements that is read."""
 
+MAX_INSIDE = 200_000_000
+"""Most elements around others in XML, summed over all its elements: the time to look at
+one grows with their number."""
+
 TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
 """A tag with its attributes, whose values may contain the character that ends a tag."""
 
@@ -124,12 +128,15 @@ def parse_xml(
 
     parser = expat.ParserCreate("utf-8")
     inside: list[str] = []
+    count = 0
 
     def start_element(tag: str, attributes: dict[str, str]):
-        if len(inside) >= MAX_DEPTH:
-            raise InputError(
-                f"has elements nested deeper than {MAX_DEPTH:,}", where=path
-            )
+        nonlocal count
+        count += len(inside)
+        if len(inside) >= MAX_DEPTH or count > MAX_INSIDE:
+            deep = f"nested deeper than {MAX_DEPTH:,}"
+            many = deep if len(inside) >= MAX_DEPTH else "of which too many are deep"
+            raise InputError(f"has elements {many}", where=path)
         start(tag, attributes, parser.CurrentByteIndex, inside)
         inside.append(tag)
 

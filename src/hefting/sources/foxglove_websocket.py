@@ -15,7 +15,13 @@ from hefting.core.errors import InputError, needing
 from hefting.logs.ros.records import full_type
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources import UNREADABLE, address_of
+from hefting.sources import (
+    MAX_MESSAGE,
+    OVERHEAD,
+    TOO_LARGE,
+    UNREADABLE,
+    address_of,
+)
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 
@@ -35,7 +41,8 @@ MAX_CHANNELS = 10_000
 
 PATIENCE = 3.0
 
-MOST = 1000
+MOST = 1000 * OVERHEAD
+"""Size of frames that are received at once [bytes]."""
 
 MESSAGE = struct.Struct("<BIQ")
 """Header of a message: 1, its subscription, and the time when it was sent [ns]."""
@@ -82,10 +89,11 @@ class FoxgloveTransport(Transport):
         if self._connection is None:
             raise SourceLostError(f"{self.name}: is closed")
         found: list[RosMessage] = []
+        size = 0
         try:
-            for _ in range(MOST):
+            while size < MOST:
                 frame = self._connection.recv(timeout=timeout)
-                timeout = 0
+                timeout, size = 0, size + len(frame) + OVERHEAD
                 if isinstance(frame, str):
                     self._read_text(frame)
                 else:
@@ -114,6 +122,9 @@ class FoxgloveTransport(Transport):
         _, subscription, sent = MESSAGE.unpack_from(frame)
         topic = self._channels.get(subscription)
         if topic is None or sent >= 2**63:
+            return []
+        if len(frame) > MAX_MESSAGE:
+            self.skipped[TOO_LARGE] += 1
             return []
         return [(topic, sent or time.time_ns(), frame[MESSAGE.size :])]
 

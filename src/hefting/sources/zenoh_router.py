@@ -20,10 +20,28 @@ from hefting.core.errors import InputError, needing
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
 from hefting.sources import MAX_MESSAGE, MAX_QUEUED, QUEUE_FULL, TOO_LARGE, address_of
-from hefting.sources.ros_decoding import RosMessage
+from hefting.sources.ros_decoding import RosMessage, size_of
 from hefting.sources.ros_source import Transport, source_by
 
 MOST = 1000
+
+
+class Sized(queue.Queue[RosMessage]):
+    """A queue whose size is that of its messages [bytes]."""
+
+    size = 0
+
+    def _qsize(self) -> int:
+        return self.size
+
+    def _put(self, item: RosMessage) -> None:
+        super()._put(item)
+        self.size += size_of(item)
+
+    def _get(self) -> RosMessage:
+        item = super()._get()
+        self.size -= size_of(item)
+        return item
 
 
 class Inbox:
@@ -31,7 +49,7 @@ class Inbox:
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()
-        self._queue: queue.Queue[RosMessage] = queue.Queue(MAX_QUEUED)
+        self._queue = Sized(MAX_QUEUED)
 
     def put(self, message: RosMessage) -> None:
         """Add a message; never waits."""
