@@ -134,9 +134,10 @@ def parse_xml(
         nonlocal count
         count += len(inside)
         if len(inside) >= MAX_DEPTH or count > MAX_INSIDE:
-            deep = f"nested deeper than {MAX_DEPTH:,}"
-            many = deep if len(inside) >= MAX_DEPTH else "of which too many are deep"
-            raise InputError(f"has elements {many}", where=path)
+            what = (
+                f"has elements nested deeper than {MAX_DEPTH:,}, or too many deep ones"
+            )
+            raise InputError(what, where=path)
         start(tag, attributes, parser.CurrentByteIndex, inside)
         inside.append(tag)
 

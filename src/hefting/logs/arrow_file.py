@@ -1,13 +1,12 @@
 """Arrow's own files (Feather) and streams: a table as in Parquet; see `ParquetTable`."""
 
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hefting.core.immutable import immutable
 from hefting.logs.layout import Layout
-from hefting.logs.parquet_file import ROWS, ParquetTable, divided, flat, reading
+from hefting.logs.parquet_file import ROWS, ParquetTable, flat, reading, table_of
 from hefting.logs.registry import Format
 from hefting.logs.table import check_cells
 
@@ -18,20 +17,7 @@ MARK = b"ARROW1"
 """First and last bytes of a file, which holds a stream from byte 8 on."""
 
 
-@immutable
-class ArrowTable(ParquetTable):
-    """A table in memory."""
-
-    held: "pa.Table"
-
-    def _tables(self, stored: Iterable[str]) -> "Iterator[pa.Table]":
-        import pyarrow as pa
-
-        for batch in self.held.select([*stored]).to_batches(ROWS):
-            yield pa.Table.from_batches([batch])
-
-
-def open_arrow(path: str | Path, _layout: Layout | None = None) -> ArrowTable:
+def open_arrow(path: str | Path, _layout: Layout | None = None) -> ParquetTable:
     """The table at `path`; the layout is not used.
 
     Raises `InputError` when it cannot be read, holds more than `MAX_CELLS` numbers, or
@@ -55,8 +41,12 @@ def open_arrow(path: str | Path, _layout: Layout | None = None) -> ArrowTable:
             raise pa.ArrowInvalid("it ends too early")
         check_cells(table.num_rows, path)  # nulls take no bytes
         table = flat(table)
-        names, places = divided(table.schema, lambda _: table, path)
-        return ArrowTable(str(path), names, places, table.schema, len(table), table)
+
+    def read(columns: list[str], rows: int = ROWS) -> "Iterator[pa.Table]":
+        own = table.select(columns)
+        yield from (own.slice(k, rows) for k in range(0, len(own), rows))
+
+    return table_of(path, table.schema, len(table), read, len(table))
 
 
 def _unpacked(message: "pa.Message") -> int:
@@ -64,31 +54,25 @@ def _unpacked(message: "pa.Message") -> int:
     (source: Arrow Columnar Format, Message.fbs)."""
     if message.type == "schema" or not message.body:
         return 0
-    data, body = message.metadata.to_pybytes(), message.body.to_pybytes()
-    batch = _linked(data, _fields(data, _linked(data, 0))[2])
+    data, body = message.metadata.to_pybytes(), memoryview(message.body)
+    batch = _place(data, struct.unpack_from("<I", data)[0], 2)
     if message.type == "dictionary":
-        batch = _linked(data, _fields(data, batch)[1])
-    fields = _fields(data, batch)
-    if 3 not in fields:  # not compressed
+        batch = _place(data, batch, 1)
+    if not _place(data, batch, 3):  # not compressed
         return len(body)
-    at, size = _linked(data, fields[2]), 0
+    at, size = _place(data, batch, 2), 0
     (count,) = struct.unpack_from("<I", data, at)
     for begin, length in struct.iter_unpack("<qq", data[at + 4 : at + 4 + 16 * count]):
         size += max(struct.unpack_from("<q", body, begin)[0], length) if length else 0
     return size
 
 
-def _fields(data: bytes, at: int) -> dict[int, int]:
-    """Positions of the fields, by number, of a table of FlatBuffers."""
-    table = at - struct.unpack_from("<i", data, at)[0]
-    (size,) = struct.unpack_from("<H", data, table)
-    own = struct.unpack_from(f"<{size // 2 - 2}H", data, table + 4)
-    return {k: at + offset for k, offset in enumerate(own) if offset}
-
-
-def _linked(data: bytes, at: int) -> int:
-    """Position to which the offset at a position leads."""
-    return at + struct.unpack_from("<I", data, at)[0]
+def _place(data: bytes, table: int, field: int) -> int:
+    """Position to which a field leads of a table of FlatBuffers; 0 without the field."""
+    known = table - struct.unpack_from("<i", data, table)[0]
+    size, *fields = struct.unpack_from(f"<H2x{field + 1}H", data, known)
+    place = table + fields[field] if 4 + 2 * field < size and fields[field] else 0
+    return place and place + struct.unpack_from("<I", data, place)[0]
 
 
 FORMAT = Format(

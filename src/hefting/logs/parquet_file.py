@@ -5,8 +5,10 @@ structures becomes columns ``force.x``, ... ."""
 import io
 import struct
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +27,6 @@ from hefting.logs.table import LONGEST_LIST, Block, check_cells, label
 
 if TYPE_CHECKING:
     import pyarrow as pa
-    from pyarrow import parquet
 
 ROWS = 65_536
 """Number of rows that are read at a time."""
@@ -49,6 +50,8 @@ class ParquetTable:
     """of the file's columns"""
     count: int
     """Number of rows."""
+    read: "Callable[[list[str]], Iterator[pa.Table]]"
+    """Successive rows of the file's columns of these names."""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`. Dates are in seconds
@@ -60,9 +63,7 @@ class ParquetTable:
             _check_kind(kind if place is None else kind.value_type, where)
         before = 0
         with reading(self.source):
-            for table in self._tables(
-                dict.fromkeys(self.places[j][0] for j in columns)
-            ):
+            for table in self.read(list({self.places[j][0]: 0 for j in columns})):
                 report(READING, before / self.count)
                 arrays = {j: _part(table, *self.places[j]) for j in columns}
                 values = {j: _values_of(column) for j, column in arrays.items()}
@@ -73,32 +74,26 @@ class ParquetTable:
                 yield Block(np.arange(len(table)) + before + 1, values, blank)
                 before += len(table)
 
-    def _tables(self, stored: Iterable[str]) -> "Iterator[pa.Table]":
-        """Successive rows of the file's columns of these names."""
-        from pyarrow import parquet
 
-        with parquet.ParquetFile(
-            self.source, buffer_size=BUFFER, pre_buffer=False
-        ) as file:
-            yield from _read(file, ROWS, [*stored], self.source)
-
-
-def _read(
-    file: "parquet.ParquetFile", rows: int, columns: list[str], path: str | Path
+def _rows(
+    path: str | Path, columns: Sequence[str], rows: int = ROWS
 ) -> "Iterator[pa.Table]":
-    """Columns of a file, so many rows at a time. `InputError` where they are larger than
-    can be read, as a part of a compressed file may be."""
+    """Columns of a file, so many rows at a time; `InputError` for a part of it that is
+    too large once it is unpacked."""
     import pyarrow as pa
+    from pyarrow import parquet
 
-    for k in range(file.num_row_groups):
-        group, size = file.metadata.row_group(k), 0
-        for i in range(group.num_columns):
-            part = group.column(i)
-            if f"{part.path_in_schema}.".startswith(tuple(f"{n}." for n in columns)):
-                size += max(part.num_values, part.total_uncompressed_size // 8)
-        check_cells(size, path)
-    for batch in file.iter_batches(rows, columns=columns):
-        yield flat(pa.Table.from_batches([batch]))
+    with parquet.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False) as file:
+        for k in range(file.num_row_groups):
+            group, size = file.metadata.row_group(k), 0
+            for part in map(group.column, range(group.num_columns)):
+                if f"{part.path_in_schema}.".startswith(
+                    tuple(f"{n}." for n in columns)
+                ):
+                    size += max(part.num_values, part.total_uncompressed_size // 8)
+            check_cells(size, path)
+        for batch in file.iter_batches(rows, columns=columns):
+            yield flat(pa.Table.from_batches([batch]))
 
 
 def _part(table: "pa.Table", name: str, place: int | None) -> "pa.ChunkedArray":
@@ -153,41 +148,41 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
     from pyarrow import parquet
 
     with reading(path), parquet.ParquetFile(path) as file:
-        schema = flat(file.schema_arrow.empty_table()).schema
-        names, places = divided(
-            schema, lambda n: next(_read(file, 1, [n], path), None), path
+        schema, count = (
+            flat(file.schema_arrow.empty_table()).schema,
+            file.metadata.num_rows,
         )
-        return ParquetTable(str(path), names, places, schema, file.metadata.num_rows)
+        return table_of(path, schema, count, partial(_rows, path), 1)
 
 
-def divided(
-    schema: "pa.Schema",
-    first: "Callable[[str], pa.Table | None]",
+def table_of(
     path: str | Path,
-) -> tuple[tuple[str, ...], tuple[tuple[str, int | None], ...]]:
-    """Names of columns, and the place of each, where a column of lists is divided by the
-    `first` list that is not null in a table with it. Lists that are empty or longer than
-    `LONGEST_LIST` are not divided. `InputError` for repeated names."""
+    schema: "pa.Schema",
+    count: int,
+    read: "Callable[..., Iterator[pa.Table]]",
+    looked: int,
+) -> ParquetTable:
+    """A table of this schema and number of rows, whose columns of lists are divided by
+    the first one that is not null of so many rows that are `looked` at, if it is neither
+    empty nor longer than `LONGEST_LIST`. `InputError` for repeated names."""
     import pyarrow as pa
     from pyarrow import compute
 
     lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
     places: list[tuple[str, int | None]] = []
     for field in schema:
-        count, table = 0, None
-        if any(of(field.type) for of in lists):
-            table = first(field.name)
-        if table is not None:
+        length, is_list = 0, any(of(field.type) for of in lists)
+        for table in islice(read([field.name], rows=looked), int(is_list)):
             lengths = compute.call_function("list_value_length", [table[field.name]])
-            count = next(iter(lengths.drop_null().slice(0, 1).to_pylist()), 0)
-        divides = 0 < count <= LONGEST_LIST
-        places += [(field.name, k) for k in (range(count) if divides else [None])]
+            length = next(iter(lengths.drop_null().slice(0, 1).to_pylist()), 0)
+        divides = 0 < length <= LONGEST_LIST
+        places += [(field.name, k) for k in (range(length) if divides else [None])]
     names = tuple(n if place is None else f"{n}_{place}" for n, place in places)
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
         what = f"column {twice[0][0][:40]!r} is there {twice[0][1]} times"
         raise InputError(what, path, "keep one of them")
-    return names, tuple(places)
+    return ParquetTable(str(path), names, tuple(places), schema, count, read)
 
 
 def flat(table: "pa.Table") -> "pa.Table":

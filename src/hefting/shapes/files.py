@@ -56,25 +56,30 @@ PlyKind = str | tuple[str, str]
 """Type of a property of a PLY file; for a list the types of its length and its items."""
 PlyElement = tuple[str, int, list[tuple[str, PlyKind]]]
 """Element of a PLY file: name, number, properties with their types."""
-PLY_TYPES = {
-    **{
-        "char": "i1",
-        "uchar": "u1",
-        "short": "i2",
-        "ushort": "u2",
-        "int": "i4",
-        "uint": "u4",
-    },
-    **{
-        "int8": "i1",
-        "uint8": "u1",
-        "int16": "i2",
-        "uint16": "u2",
-        "int32": "i4",
-        "uint32": "u4",
-    },
-    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
-}
+PLY_TYPES = dict(
+    zip(
+        [
+            "char",
+            "uchar",
+            "short",
+            "ushort",
+            "int",
+            "uint",
+            "float",
+            "double",
+            "int8",
+            "uint8",
+            "int16",
+            "uint16",
+            "int32",
+            "uint32",
+            "float32",
+            "float64",
+        ],
+        2 * ["i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"],
+        strict=True,
+    )
+)
 PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -108,9 +113,9 @@ def check_count(count: int, path: str | Path) -> None:
 def plain_glb(data: bytes) -> bytes:
     """A binary glTF scene with its nodes, vertices and triangles alone.
 
-    `ValueError`, `KeyError`, `IndexError` or `TypeError` for one whose header is too large
-    for JSON, whose arrays are longer than the file (glTF allows arrays without data,
-    filled with zeros), or are used too often, or that has too many nodes or parts.
+    `ValueError` or `LookupError` for one whose header is too large for JSON, that has too
+    many nodes, levels of them or parts, or whose arrays are longer than the file (glTF
+    allows arrays without data, filled with zeros) or used too often.
     """
     start = 20 + struct.unpack_from("<I", data, 12)[0]
     header = data[20:start]
@@ -118,25 +123,31 @@ def plain_glb(data: bytes) -> bytes:
         raise ValueError("the header is too large")
     scene = json.loads(header)
     scene = {key: scene[key] for key in KEPT if key in scene}
-    arrays = scene["accessors"]
-    without_data = [abs(a["count"]) for a in arrays if "bufferView" not in a]
-    if sum(abs(each["count"]) for each in arrays) > len(data):
-        raise ValueError("arrays longer than the file")
-    if sum(without_data) > MAX_CLOUD:
-        raise ValueError("long arrays made of nothing")
+    counts = [abs(each["count"]) for each in scene["accessors"]]
+    empty = [
+        n
+        for n, a in zip(counts, scene["accessors"], strict=True)
+        if "bufferView" not in a
+    ]
     nodes, meshes, corners = scene.get("nodes", []), scene["meshes"], 0
     for mesh in meshes:
-        for k, part in enumerate(mesh["primitives"]):
-            used = {key: part[key] for key in ("indices", "mode") if key in part}
+        for part in mesh["primitives"]:
             position = part["attributes"]["POSITION"]
-            corners += arrays[position]["count"]
-            corners += arrays[part["indices"]]["count"] if "indices" in part else 0
-            mesh["primitives"][k] = {"attributes": {"POSITION": position}, **used}
+            part["attributes"] = {"POSITION": position}
+            corners += counts[position] + counts[part.get("indices", position)]
+            for key in {*part} - {"attributes", "indices", "mode"}:
+                del part[key]
     placed = [meshes[node["mesh"]] for node in nodes if "mesh" in node]
-    parts = max(sum(len(m["primitives"]) for m in some) for some in (placed, meshes))
-    if max(parts, len(nodes)) > MAX_NODES or corners > MAX_CORNERS:
-        raise ValueError("too many nodes, or parts of meshes")
-    _check_levels([node.get("children", ()) for node in nodes])
+    parts = [sum(len(m["primitives"]) for m in some) for some in (placed, meshes)]
+    below = [node.get("children", ()) for node in nodes]
+    if (
+        sum(counts) > len(data)
+        or sum(empty) > MAX_CLOUD
+        or corners > MAX_CORNERS
+        or max(*parts, len(nodes), sum(map(len, below))) > MAX_NODES
+        or _levels(below) > MAX_LEVELS
+    ):
+        raise ValueError("too long arrays, or too many parts")
     text = json.dumps(scene).encode()
     text += b" " * (-len(text) % 4)
     size = 20 + len(text) + len(data) - start
@@ -144,15 +155,12 @@ def plain_glb(data: bytes) -> bytes:
     return head + text + data[start:]
 
 
-def _check_levels(children: list[list[int]]) -> None:
-    """`ValueError` for nodes with these children that are no trees, or too high ones."""
-    if sum(map(len, children)) > len(children):
-        raise ValueError("a node has two parents")
-    level = set(range(len(children)))
-    for _ in range(MAX_LEVELS):
-        level = {child for node in level for child in children[node]}
-    if level:
-        raise ValueError("too many levels of nodes")
+def _levels(children: list[list[int]]) -> int:
+    """Number of levels of nodes with these children, at most one too many."""
+    count, level = 0, set(range(len(children)))
+    while level and count <= MAX_LEVELS:
+        count, level = count + 1, {child for node in level for child in children[node]}
+    return count
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def _by_trimesh(data: bytes, suffix: str, path: str | Path) -> tuple[Array, np.n
     if suffix == ".glb":
         data = plain_glb(data)
     elif suffix == ".off":
-        data = _as_utf8(data)
+        data = data.decode(errors="replace").encode()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         scene = trimesh.load_scene(
@@ -203,16 +203,6 @@ def _is_binary_stl(data: bytes) -> bool:
     count = struct.unpack_from("<I", data, STL_HEADER - 4)[0]
     rest = len(data) - STL_HEADER - STL_TRIANGLE.itemsize * count
     return rest == 0 or (rest > 0 and count > 0)
-
-
-def _as_utf8(data: bytes) -> bytes:
-    """Text in UTF-8, converted from Latin-1 if it is not: the two differ only in comments
-    and names."""
-    try:
-        data.decode()
-    except UnicodeDecodeError:
-        return data.decode("latin-1").encode()
-    return data
 
 
 def read_cloud(path: str | Path) -> Array:

@@ -22,16 +22,10 @@ from hefting.logs.ros.series import FAR_BACK, Series
 from hefting.logs.ros.source import Topic
 from hefting.logs.ros.streams import Streams
 from hefting.online.samples import Samples
-from hefting.sources import MAX_MESSAGE, OVERHEAD, TOO_LARGE, UNREADABLE, Request
+from hefting.sources import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
 
 RosMessage = tuple[Topic, int, bytes]
 """A message: its topic, the time when it was sent or came [ns], and its bytes."""
-
-
-def size_of(message: RosMessage) -> int:
-    """Size of a message in memory [bytes]."""
-    return len(message[2]) + OVERHEAD
-
 
 POSE_STREAMS = ("position", "orientation")
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
-from hefting.sources import MAX_QUEUED, NamedSource, Pace, Request
-from hefting.sources.ros_decoding import RosDecoder, RosMessage, size_of
+from hefting.sources import MAX_QUEUED, OVERHEAD, NamedSource, Pace, Request
+from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5
 """[s] Time from the first message to the choice of topics: latched transforms, and
@@ -97,7 +97,7 @@ class RosSource(NamedSource):
         while (now := time.monotonic()) < end and size < MAX_QUEUED:
             new = self._transport.receive(STEP)
             messages += new
-            size += sum(map(size_of, new))
+            size += sum(len(data) + OVERHEAD for _, _, data in new)
             if messages and due is None:
                 due = now + SETTLING
             if due is not None and now >= due:

@@ -19,8 +19,15 @@ from typing import Any
 from hefting.core.errors import InputError, needing
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources import MAX_MESSAGE, MAX_QUEUED, QUEUE_FULL, TOO_LARGE, address_of
-from hefting.sources.ros_decoding import RosMessage, size_of
+from hefting.sources import (
+    MAX_MESSAGE,
+    MAX_QUEUED,
+    OVERHEAD,
+    QUEUE_FULL,
+    TOO_LARGE,
+    address_of,
+)
+from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 
 MOST = 1000
@@ -36,11 +43,11 @@ class Sized(queue.Queue[RosMessage]):
 
     def _put(self, item: RosMessage) -> None:
         super()._put(item)
-        self.size += size_of(item)
+        self.size += len(item[2]) + OVERHEAD
 
     def _get(self) -> RosMessage:
         item = super()._get()
-        self.size -= size_of(item)
+        self.size -= len(item[2]) + OVERHEAD
         return item
 
 
