@@ -30,10 +30,8 @@ def open_arrow(path: str | Path, _layout: Layout | None = None) -> ParquetTable:
     with reading(path, "Arrow"), pa.OSFile(str(path)) as file:
         start = 8 if file.read(6) == MARK else 0
         file.seek(start)
-        cells = 0
-        for message in ipc.MessageReader.open_stream(file):
-            cells += _unpacked(message) // 8
-            check_cells(cells, path)
+        messages = ipc.MessageReader.open_stream(file)
+        check_cells(sum(map(_unpacked, messages)) // 8, path)
         file.seek(start)
         table = ipc.open_stream(file).read_all()
         table.validate(full=True)  # else offsets may lead anywhere
@@ -50,16 +48,16 @@ def open_arrow(path: str | Path, _layout: Layout | None = None) -> ParquetTable:
 
 
 def _unpacked(message: "pa.Message") -> int:
-    """Size [bytes] of a message's buffers when they are decompressed, by its metadata
-    (source: Arrow Columnar Format, Message.fbs)."""
-    if message.type == "schema" or not message.body:
+    """Size [bytes] of a message's compressed buffers when they are decompressed, by its
+    metadata (source: Arrow Columnar Format, Message.fbs)."""
+    if not message.body:
         return 0
     data, body = message.metadata.to_pybytes(), memoryview(message.body)
     batch = _place(data, struct.unpack_from("<I", data)[0], 2)
     if message.type == "dictionary":
         batch = _place(data, batch, 1)
-    if not _place(data, batch, 3):  # not compressed
-        return len(body)
+    if not _place(data, batch, 3):  # they are not compressed
+        return 0
     at, size = _place(data, batch, 2), 0
     (count,) = struct.unpack_from("<I", data, at)
     for begin, length in struct.iter_unpack("<qq", data[at + 4 : at + 4 + 16 * count]):

@@ -34,8 +34,6 @@ OF_DATA = (
 """Classes of objects that may hold the recording; others are passed over."""
 MOST_ARRAYS, DEEPEST = 1_000_000, 20
 """Largest number of arrays, and of structures in one another."""
-MOST_AXES = 64
-"""Largest number of axes of an array, as NumPy's."""
 SAVE = "save it by save('log.mat', '-v7')"
 
 
@@ -145,8 +143,8 @@ class _Reader:
 
     def _integers(self, parts: Iterator[tuple[int, memoryview]]) -> Sequence[int]:
         part = next(parts)[1]
-        if len(part) > 4 * MOST_AXES:
-            raise ValueError(f"more than {MOST_AXES} axes")
+        if len(part) > 256:
+            raise ValueError("more than 64 axes")
         return np.frombuffer(part, f"{self._order}i4").tolist()
 
     def _opaque(self, texts: list[str]) -> tuple[str, None]:

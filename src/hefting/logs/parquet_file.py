@@ -29,10 +29,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 ROWS = 65_536
-"""Number of rows that are read at a time."""
-
-GROUP = 65_536
-"""Number of rows of a written row group."""
+"""Number of rows that are read at a time, and of a written row group."""
 
 BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""
@@ -216,7 +213,7 @@ def write_parquet(recording: Recording, path: str | Path) -> tuple[str, ...]:
     from pyarrow import parquet
 
     stream = io.BytesIO()
-    parquet.write_table(table_from_recording(recording), stream, row_group_size=GROUP)
+    parquet.write_table(table_from_recording(recording), stream, row_group_size=ROWS)
     write_atomically(path, stream.getvalue())
     return ()
 

@@ -33,20 +33,8 @@ MAX_NODES = 10_000
 MAX_LEVELS = 100
 """Most levels of a scene's nodes: the time to place one grows with its level."""
 
-MAX_CORNERS = 20_000_000
-"""Most vertices and indices of a scene's meshes: some 3 million triangles."""
-
-KEPT = (
-    "asset",
-    "accessors",
-    "buffers",
-    "bufferViews",
-    "meshes",
-    "nodes",
-    "scenes",
-    "scene",
-)
-"""What is read of a scene."""
+MAX_CORNERS = 40_000_000
+"""Most indices and values of vertices in the parts of a scene's meshes."""
 
 PART = 2**20
 """Bytes of a block in which words are counted."""
@@ -110,49 +98,34 @@ def check_count(count: int, path: str | Path) -> None:
         )
 
 
-def plain_glb(data: bytes) -> bytes:
-    """A binary glTF scene with its nodes, vertices and triangles alone.
-
-    `ValueError` or `LookupError` for one whose header is too large for JSON, that has too
-    many nodes, levels of them or parts, or whose arrays are longer than the file (glTF
-    allows arrays without data, filled with zeros) or used too often.
-    """
-    start = 20 + struct.unpack_from("<I", data, 12)[0]
-    header = data[20:start]
+def check_glb(data: bytes) -> None:
+    """`ValueError` or `LookupError` for a binary glTF scene whose header is too large for
+    JSON, that has too many nodes, levels of them or parts, or whose arrays are longer than
+    the file (glTF allows arrays without data, filled with zeros) or used too often."""
+    header = data[20 : 20 + struct.unpack_from("<I", data, 12)[0]]
     if len(header) > MAX_JSON or header.count(b"[") + header.count(b"{") > MAX_LISTS:
         raise ValueError("the header is too large")
     scene = json.loads(header)
-    scene = {key: scene[key] for key in KEPT if key in scene}
     counts = [abs(each["count"]) for each in scene["accessors"]]
-    empty = [
-        n
-        for n, a in zip(counts, scene["accessors"], strict=True)
-        if "bufferView" not in a
+    empty = [0 if "bufferView" in a else abs(a["count"]) for a in scene["accessors"]]
+    nodes, meshes = scene.get("nodes", []), [m["primitives"] for m in scene["meshes"]]
+    used = [
+        counts[k]
+        for parts in meshes
+        for part in parts
+        for k in (*part["attributes"].values(), part.get("indices", 0))
     ]
-    nodes, meshes, corners = scene.get("nodes", []), scene["meshes"], 0
-    for mesh in meshes:
-        for part in mesh["primitives"]:
-            position = part["attributes"]["POSITION"]
-            part["attributes"] = {"POSITION": position}
-            corners += counts[position] + counts[part.get("indices", position)]
-            for key in {*part} - {"attributes", "indices", "mode"}:
-                del part[key]
-    placed = [meshes[node["mesh"]] for node in nodes if "mesh" in node]
-    parts = [sum(len(m["primitives"]) for m in some) for some in (placed, meshes)]
+    placed = [len(meshes[node["mesh"]]) for node in nodes if "mesh" in node]
     below = [node.get("children", ()) for node in nodes]
+    many = sum(map(len, meshes)), sum(placed), len(nodes), sum(map(len, below))
     if (
         sum(counts) > len(data)
         or sum(empty) > MAX_CLOUD
-        or corners > MAX_CORNERS
-        or max(*parts, len(nodes), sum(map(len, below))) > MAX_NODES
+        or sum(used) > MAX_CORNERS
+        or max(many) > MAX_NODES
         or _levels(below) > MAX_LEVELS
     ):
         raise ValueError("too long arrays, or too many parts")
-    text = json.dumps(scene).encode()
-    text += b" " * (-len(text) % 4)
-    size = 20 + len(text) + len(data) - start
-    head = struct.pack("<4sIII4s", b"glTF", 2, size, len(text), b"JSON")
-    return head + text + data[start:]
 
 
 def _levels(children: list[list[int]]) -> int:

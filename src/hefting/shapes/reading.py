@@ -17,8 +17,8 @@ from hefting.shapes.files import (
     PLY_ORDERS,
     PlyKind,
     check_count,
+    check_glb,
     check_text,
-    plain_glb,
     read_bytes,
     read_ply_header,
     read_ply_vertices,
@@ -81,7 +81,7 @@ def _by_trimesh(data: bytes, suffix: str, path: str | Path) -> tuple[Array, np.n
     if not log.handlers:  # otherwise Python prints messages about damaged files
         log.addHandler(logging.NullHandler())
     if suffix == ".glb":
-        data = plain_glb(data)
+        check_glb(data)
     elif suffix == ".off":
         data = data.decode(errors="replace").encode()
     with warnings.catch_warnings():
@@ -119,7 +119,7 @@ def _obj(data: bytes) -> tuple[Array, np.ndarray]:
         elif kind == b"f":
             corners = [int(word.partition(b"/")[0]) for word in words]
             if 0 in corners:
-                raise ValueError("vertices are counted from 1, or from the last, -1")
+                raise ValueError("there is no vertex 0")
             known = len(vertices) // 3
             first, *others = (k - 1 if k > 0 else k + known for k in corners)
             for pair in pairwise(others):

@@ -125,12 +125,11 @@ of a humanoid ten thousand."""
 
 MAX_JOINTS = 1000
 
-MAX_QUEUED = 50_000_000
-"""Largest size of unread messages, each with `OVERHEAD`: those of a robot in ten seconds
-[bytes]."""
+MAX_QUEUED = 50_000
+"""Largest number of unread messages: those of a robot in ten seconds."""
 
-OVERHEAD = 1000
-"""Size of a message beside its bytes: an empty one takes memory, too [bytes]."""
+MAX_UNREAD = 50_000_000
+"""Largest size of unread messages if they are alike [bytes]."""
 
 TOO_LARGE = "larger than 1 MB"
 UNREADABLE = "does not fit its definition"

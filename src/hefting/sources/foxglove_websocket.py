@@ -17,8 +17,6 @@ from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
 from hefting.sources import (
     MAX_MESSAGE,
-    OVERHEAD,
-    TOO_LARGE,
     UNREADABLE,
     address_of,
 )
@@ -41,8 +39,7 @@ MAX_CHANNELS = 10_000
 
 PATIENCE = 3.0
 
-MOST = 1000 * OVERHEAD
-"""Size of frames that are received at once [bytes]."""
+MOST = 1000
 
 MESSAGE = struct.Struct("<BIQ")
 """Header of a message: 1, its subscription, and the time when it was sent [ns]."""
@@ -91,13 +88,15 @@ class FoxgloveTransport(Transport):
         found: list[RosMessage] = []
         size = 0
         try:
-            while size < MOST:
+            for _ in range(MOST):
                 frame = self._connection.recv(timeout=timeout)
-                timeout, size = 0, size + len(frame) + OVERHEAD
+                timeout, size = 0, size + len(frame)
                 if isinstance(frame, str):
                     self._read_text(frame)
                 else:
                     found += self._message(frame)
+                if size > MAX_MESSAGE:
+                    break
         except TimeoutError:
             pass
         except (ConnectionClosed, OSError) as error:
@@ -122,9 +121,6 @@ class FoxgloveTransport(Transport):
         _, subscription, sent = MESSAGE.unpack_from(frame)
         topic = self._channels.get(subscription)
         if topic is None or sent >= 2**63:
-            return []
-        if len(frame) > MAX_MESSAGE:
-            self.skipped[TOO_LARGE] += 1
             return []
         return [(topic, sent or time.time_ns(), frame[MESSAGE.size :])]
 

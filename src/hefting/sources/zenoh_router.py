@@ -22,7 +22,7 @@ from hefting.online.samples import SourceLostError
 from hefting.sources import (
     MAX_MESSAGE,
     MAX_QUEUED,
-    OVERHEAD,
+    MAX_UNREAD,
     QUEUE_FULL,
     TOO_LARGE,
     address_of,
@@ -33,36 +33,19 @@ from hefting.sources.ros_source import Transport, source_by
 MOST = 1000
 
 
-class Sized(queue.Queue[RosMessage]):
-    """A queue whose size is that of its messages [bytes]."""
-
-    size = 0
-
-    def _qsize(self) -> int:
-        return self.size
-
-    def _put(self, item: RosMessage) -> None:
-        super()._put(item)
-        self.size += len(item[2]) + OVERHEAD
-
-    def _get(self) -> RosMessage:
-        item = super()._get()
-        self.size -= len(item[2]) + OVERHEAD
-        return item
-
-
 class Inbox:
     """Bounded queue of another thread's messages; `skipped` counts the others."""
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()
-        self._queue = Sized(MAX_QUEUED)
+        self._queue: queue.Queue[RosMessage] = queue.Queue(MAX_QUEUED)
 
     def put(self, message: RosMessage) -> None:
         """Add a message; never waits."""
-        try:
-            self._queue.put_nowait(message)
-        except queue.Full:
+        waiting = self._queue.qsize()
+        if waiting < MAX_QUEUED and waiting * len(message[2]) < MAX_UNREAD:
+            self._queue.put(message)
+        else:
             self.skipped[QUEUE_FULL] += 1
 
     def take(self, timeout: float) -> list[RosMessage]:
