@@ -204,7 +204,7 @@ def test_scenes_that_use_their_arrays_too_often(tmp_path, monkeypatch):
     for changes in ({"nodes": chain}, {"nodes": cycle}, {"meshes": many}):
         path.write_bytes(scene_with(**changes))
         assert "not a readable .glb mesh" in refusal(path)
-    monkeypatch.setattr(files, "MAX_CORNERS", 999)
+    monkeypatch.setattr(files, "MAX_USED", 999)
     own = {**part, "attributes": {f"_{i}": 0 for i in range(999)} | part["attributes"]}
     for parts in ([part] * 100, [own]):
         path.write_bytes(scene_with(meshes=[{"primitives": parts}]))

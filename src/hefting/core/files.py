@@ -29,8 +29,7 @@ MAX_DEPTH = 10_000
 """Deepest nesting of XML elements that is read."""
 
 MAX_INSIDE = 200_000_000
-"""Most elements around others in XML, summed over all its elements: the time to look at
-one grows with their number."""
+"""Largest sum of the depths of XML elements, by which the time to read them grows."""
 
 TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
 """A tag with its attributes, whose values may contain the character that ends a tag."""

@@ -23,10 +23,6 @@ if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
 
 
-LONGEST_NAME = 1000
-"""Most characters of an element's name with those of its scopes."""
-
-
 @dataclass(frozen=True)
 class Place:
     """Where a format keeps its inertial elements."""
@@ -223,9 +219,8 @@ class _HolderReader:
         ):
             name = attributes["name"]
             scoped = "::".join([*(each for each, _ in self._scopes), name])
-            if len(scoped) > LONGEST_NAME:
-                what = f"has names of more than {LONGEST_NAME:,} characters"
-                raise InputError(what, where=self._path)
+            if len(scoped) > 1000:
+                raise InputError("has names of more than 1,000 characters", self._path)
             holder = _Holder(name, scoped, offset, len(inside))
             self._open.append(holder)
             self.holders.append(holder)

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 ONE_A_LINE = "write one object a sample and line, as jq -c '.[]' does of a list"
 DEEPEST = 20
 """Largest number of objects in one another that are looked into."""
-LONGEST_NAME = 1000
-"""Most characters of the names of objects in one another."""
 
 
 def open_json_lines(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
@@ -96,8 +94,8 @@ class _Columns:
 
     def _add(self, before: str, fields: dict[str, Any], topic: str = "") -> None:
         """Add fields whose names begin so, and objects in them with the topic."""
-        if len(before) + len(topic) > LONGEST_NAME:
-            what = f"has a name of more than {LONGEST_NAME:,} characters"
+        if len(before) + len(topic) > 1000:
+            what = "has a name of more than 1,000 characters"
             raise InputError(what, self._path, ONE_A_LINE)
         given: Any = fields.get("name")
         names = [str(n)[:99] for n in given] if isinstance(given, list) else []

@@ -27,14 +27,9 @@ MAX_CLOUD = 1_000_000
 MAX_NUMBERS = 50_000_000
 """Most numbers that the vertices of a PLY file may have in all (0.4 GB)."""
 
-MAX_NODES = 10_000
-"""Most nodes of a scene, parts of its meshes, and parts that its nodes place."""
-
-MAX_LEVELS = 100
-"""Most levels of a scene's nodes: the time to place one grows with its level."""
-
-MAX_CORNERS = 40_000_000
-"""Most indices and values of vertices in the parts of a scene's meshes."""
+MAX_NODES, MAX_LEVELS, MAX_USED = 10_000, 100, 40_000_000
+"""Most nodes of a scene, or parts of meshes, levels of nodes, and uses of numbers: the
+time to place a node grows with its level."""
 
 PART = 2**20
 """Bytes of a block in which words are counted."""
@@ -121,7 +116,7 @@ def check_glb(data: bytes) -> None:
     if (
         sum(counts) > len(data)
         or sum(empty) > MAX_CLOUD
-        or sum(used) > MAX_CORNERS
+        or sum(used) > MAX_USED
         or max(many) > MAX_NODES
         or _levels(below) > MAX_LEVELS
     ):

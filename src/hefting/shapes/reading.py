@@ -15,7 +15,6 @@ from hefting.core.spatial import Array
 from hefting.shapes.files import (
     MAX_LINE,
     PLY_ORDERS,
-    PlyKind,
     check_count,
     check_glb,
     check_text,
@@ -152,42 +151,25 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
         )
         order = PLY_ORDERS[form]
         points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
-        triangle, corners = _triangle_record(entries, order)
+        ((corners, (length, index)),) = entries
+        triangle = np.dtype([("count", order + length), ("corners", order + index, 3)])
     except (ValueError, KeyError, IndexError, TypeError):
+        return None
+    if corners not in ("vertex_indices", "vertex_index") or index[0] == "f":
         return None
     if (vertex, face) != ("vertex", "face") or min(count, number) < 1:
         return None
     if len(data) != start + count * points.itemsize + number * triangle.itemsize:
         return None
     faces = np.frombuffer(data, triangle, number, start + count * points.itemsize)
-    all_triangles = (faces["number of corners"] == 3).all()
+    all_triangles = (faces["count"] == 3).all()
     if not {"x", "y", "z"} <= set(points.names or ()) or not all_triangles:
         return None
     _check_faces(number, path)
     table = np.frombuffer(data, points, count, start)
     with np.errstate(invalid="ignore"):  # values that are not finite are refused later
         vertices = np.column_stack([table[axis] for axis in "xyz"]).astype(float)
-    return vertices, faces[corners].astype(np.int64)
-
-
-def _triangle_record(
-    entries: list[tuple[str, PlyKind]], order: str
-) -> tuple[np.dtype, str]:
-    """Record of a triangle in a binary PLY file, and the name of its corners; ValueError
-    unless its only list is that of the corners."""
-    lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
-    ((corners, (length, index)),) = lists
-    fields: list[tuple] = [
-        (name, order + kind) for name, kind in entries if isinstance(kind, str)
-    ]
-    place = [name for name, _ in entries].index(corners)
-    fields[place:place] = [
-        ("number of corners", order + length),
-        (corners, order + index, 3),
-    ]
-    if corners not in ("vertex_indices", "vertex_index") or index[0] == "f":
-        raise ValueError("no corners")
-    return np.dtype(fields), corners
+    return vertices, faces["corners"].astype(np.int64)
 
 
 def _check_faces(count: int, path: str | Path) -> None:
