@@ -80,15 +80,16 @@ def _rows(
     import pyarrow as pa
     from pyarrow import parquet
 
+    begins = tuple(f"{name}." for name in columns)
     with parquet.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False) as file:
-        for k in range(file.num_row_groups):
-            group, size = file.metadata.row_group(k), 0
-            for part in map(group.column, range(group.num_columns)):
-                if f"{part.path_in_schema}.".startswith(
-                    tuple(f"{n}." for n in columns)
-                ):
-                    size += max(part.num_values, part.total_uncompressed_size // 8)
-            check_cells(size, path)
+        for group in map(file.metadata.row_group, range(file.num_row_groups)):
+            parts = map(group.column, range(group.num_columns))
+            sizes = (
+                max(part.num_values, part.total_uncompressed_size // 8)
+                for part in parts
+                if f"{part.path_in_schema}.".startswith(begins)
+            )
+            check_cells(sum(sizes), path)
         for batch in file.iter_batches(rows, columns=columns):
             yield flat(pa.Table.from_batches([batch]))
 
@@ -145,11 +146,8 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
     from pyarrow import parquet
 
     with reading(path), parquet.ParquetFile(path) as file:
-        schema, count = (
-            flat(file.schema_arrow.empty_table()).schema,
-            file.metadata.num_rows,
-        )
-        return table_of(path, schema, count, partial(_rows, path), 1)
+        schema = flat(file.schema_arrow.empty_table()).schema
+        return table_of(path, schema, file.metadata.num_rows, partial(_rows, path), 1)
 
 
 def table_of(
@@ -200,9 +198,7 @@ def reading(path: str | Path, kind: str = "Parquet") -> Iterator[None]:
     try:
         yield
     except (pa.ArrowException, *damaged) as error:
-        reason = (
-            str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        )
+        reason = (str(error) or type(error).__name__).splitlines()[0][:200]
         raise InputError(
             f"cannot be read as {kind} ({reason})", path, "write the file again"
         ) from error

@@ -56,9 +56,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
         check_text(data, path)
     try:
         read = {".stl": _ascii_stl, ".obj": _obj}.get(suffix)
-        vertices, faces = (
-            _by_trimesh(data, suffix, path) if read is None else read(data)
-        )
+        vertices, faces = read(data) if read else _by_trimesh(data, suffix, path)
     except InputError:
         raise
     except Exception as error:  # a damaged file makes a parser fail in any way

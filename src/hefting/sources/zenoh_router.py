@@ -21,7 +21,6 @@ from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
 from hefting.sources import (
     MAX_MESSAGE,
-    MAX_QUEUED,
     MAX_UNREAD,
     QUEUE_FULL,
     TOO_LARGE,
@@ -38,12 +37,11 @@ class Inbox:
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()
-        self._queue: queue.Queue[RosMessage] = queue.Queue(MAX_QUEUED)
+        self._queue: queue.Queue[RosMessage] = queue.Queue()
 
     def put(self, message: RosMessage) -> None:
         """Add a message; never waits."""
-        waiting = self._queue.qsize()
-        if waiting < MAX_QUEUED and waiting * len(message[2]) < MAX_UNREAD:
+        if self._queue.qsize() * (len(message[2]) + 1000) < MAX_UNREAD:
             self._queue.put(message)
         else:
             self.skipped[QUEUE_FULL] += 1
