@@ -8,6 +8,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
+from hefting.batches import manifest
 from hefting.batches.manifest import read_manifest
 from hefting.batches.one import start_row
 from hefting.batches.recordings import recordings_of
@@ -322,3 +323,19 @@ def test_a_path_is_a_value_as_its_text_is(tmp_path):
     (tmp_path / "a.csv").touch()
     (entry,) = recordings_of([tmp_path / "a.csv"], {"tool": tool})
     assert entry.options == {"tool": str(tool)}
+
+
+def test_a_small_manifest_of_very_much_is_refused(tmp_path, monkeypatch):
+    """2 MB of Parquet held 20 GB of paths; 12 MB of TOML with an option of its own for
+    each recording would have had 90 billion cells."""
+    monkeypatch.setattr(manifest, "LARGEST_TABLE", 1_000_000)
+    path = tmp_path / "m.parquet"
+    table = pa.table({"recording": pa.array(["x" * 1000] * 10_000)})
+    parquet.write_table(table, path)
+    assert path.stat().st_size < 6000
+    with pytest.raises(InputError, match="too many cells"):
+        read_manifest(path)
+    monkeypatch.setattr(manifest, "LARGEST_TOML", 9000)
+    rows = (f"[[recordings]]\nrecording='a'\nk{i}=1\n" for i in range(200))
+    with pytest.raises(InputError, match="too many cells"):
+        read_manifest(written(tmp_path, "m.toml", "".join(rows)))

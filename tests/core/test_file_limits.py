@@ -45,3 +45,10 @@ def test_xml_that_declares_its_type_is_refused_before_anything_is_expanded():
         with pytest.raises(InputError, match="document type declaration"):
             parse(b"<!DOCTYPE a " + inside + b"><a>&e;</a>")
     assert seen == ["a", "b"]
+
+
+def test_xml_of_many_elements_that_are_all_deep():
+    """Whoever looks at the elements around each would take minutes."""
+    deep = b"<a>" * 5000 + b"<b/>" * 50_000 + b"</a>" * 5000
+    with pytest.raises(InputError, match="too many deep ones"):
+        parse_xml(deep, "x.xml", lambda *_: None)

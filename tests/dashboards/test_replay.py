@@ -1,7 +1,9 @@
 """Recordings and estimates that lack something, files that cannot be written, and the
 command."""
 
+import os
 import sys
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -203,3 +205,18 @@ def test_the_command(hammered, run, tmp_path):
         "is not JSON",
     )
     assert refused(run("convert", "-", "a.mcap", "--with", "-"), "--with -")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_a_full_disk_that_shows_where_the_file_is_searched(hammered, monkeypatch):
+    """Going to a place writes what waits, so that the library for the file saw the error,
+    in a traceback."""
+
+    @contextmanager
+    def full(_):
+        with open("/dev/full", "w+b") as stream:
+            yield stream
+
+    monkeypatch.setattr(foxglove, "replacing", full)
+    with pytest.raises(OSError, match="No space left"):
+        write_dashboard(replay_of(*hammered), "a.mcap")

@@ -297,6 +297,14 @@ def test_sdf_links_of_one_name_by_their_scopes(tmp_path):
         put(tmp_path, text, "sdf", "b::link")
 
 
+def test_long_names_of_nested_scopes_are_refused(tmp_path):
+    """The names of 3,000 links with those of their scopes took 8 GB."""
+    models = "".join(f'<model name="{99 * "m"}"><link name="a"/>' for _ in range(11))
+    text = f"<sdf>{models}{11 * '</model>'}</sdf>"
+    with pytest.raises(InputError, match="names of more than 1,000 characters"):
+        put(tmp_path, text, "sdf", "b")
+
+
 def test_sdf_link_in_flange_axes(tmp_path):
     pose = np.eye(4)
     pose[2, 3] = 1.0

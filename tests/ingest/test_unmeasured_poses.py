@@ -173,3 +173,14 @@ def test_a_sensor_that_hardly_turns_may_stay_where_it_is():
     still = np.tile(recording["orientation"].values[:1], (len(recording["wrench"]), 1))
     held = with_poses(recording, np.zeros_like(recording["position"].values), still)
     assert without_faulty_poses(held) is held
+
+
+def test_a_recording_of_joints_alone_is_refused_in_a_line():
+    """Where no arm gave its poses: it had ended in a `KeyError`."""
+    recording = disturbed("clean", 1.5, 1).recording
+    streams = {"wrench": recording["wrench"]}
+    time, turned = recording["wrench"].time, np.zeros((len(recording["wrench"]), 6))
+    joints = Recording({**streams, "joint_positions": Stream(time, turned)})
+    assert without_faulty_poses(joints) is joints
+    with pytest.raises(InputError, match="has no orientation"):
+        ingest(joints)

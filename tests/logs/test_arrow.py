@@ -85,3 +85,46 @@ def test_repeated_names_are_refused(frame, tmp_path):
     write(values.append_column("fx", values["fx"]), tmp_path / "log.arrow")
     with pytest.raises(InputError, match="'fx' is there 2 times"):
         read_log(tmp_path / "log.arrow")
+
+
+def test_small_files_of_much_are_refused_before_they_are_unpacked(
+    tmp_path, monkeypatch
+):
+    """75 kB held 2.4 GB of zeros; nulls take no bytes; 960 kB of views on one list were
+    written out in more than 7 GB."""
+    monkeypatch.setattr("hefting.logs.table.MAX_CELLS", 100_000)
+    path = tmp_path / "log.feather"
+    zeros = pa.table({f"c{k}": np.zeros(10_000) for k in range(11)})
+    feather.write_feather(zeros, str(path), compression="zstd")
+    assert path.stat().st_size < 1e4
+    with pytest.raises(InputError, match="more than 100,000 numbers"):
+        read_log(path)
+    write(pa.table({"time": pa.nulls(2**31 - 1)}), path)
+    with pytest.raises(InputError, match="more than 100,000 numbers"):
+        read_log(path)
+    ends = pa.array([2**31 - 1], pa.int32())
+    runs = pa.RunEndEncodedArray.from_arrays(ends, pa.array([1.0]))
+    with ipc.new_stream(str(path), pa.schema({"time": runs.type})) as writer:
+        writer.write(pa.record_batch({"time": runs}))
+    with pytest.raises(InputError, match="more than 100,000 numbers"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("name", ["log.feather", "log.arrow"])
+def test_long_lists_are_not_written_out(frame, read, tmp_path, name):
+    """Neither nested ones nor overlapping views, nor lists of nulls."""
+    values = pa.Table.from_pandas(frame, preserve_index=False)
+    count = len(values)
+    many = pa.array(np.zeros(100_000))
+    at = pa.array(np.zeros(count, np.int32))
+    views = pa.ListViewArray.from_arrays(
+        at, pa.array(np.full(count, 100_000, np.int32)), many
+    )
+    nulls = pa.FixedSizeListArray.from_arrays(pa.nulls(count * 10**7), 10**7)
+    whole = values.append_column("views", views).append_column("nulls", nulls)
+    if name == "log.arrow":
+        write(whole, tmp_path / name)
+    else:
+        feather.write_feather(whole, str(tmp_path / name), compression="uncompressed")
+    found = read_log(tmp_path / name)
+    np.testing.assert_array_equal(found["wrench"].values, read["wrench"].values)

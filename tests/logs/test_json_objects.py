@@ -206,3 +206,31 @@ def test_more_numbers_than_are_read(write, monkeypatch):
     monkeypatch.setattr("hefting.logs.table.MAX_CELLS", 9)
     with pytest.raises(InputError, match="holds more than 9 numbers"):
         read_log(write([{"a": 1, "b": 2}] * 5))
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        [{"topic": "x" * 2000, "a": {"b": 1}}],
+        [{"x" * 2000: {f"k{j}": "s" for j in range(9)}}],
+    ],
+)
+def test_long_names_are_not_put_before_each_other(write, lines):
+    """A megabyte before 3,000 names took more than 5 GB."""
+    with pytest.raises(InputError, match="a name of more than 1,000 characters"):
+        read_log(write(lines))
+
+
+def test_names_of_other_things_are_counted_as_well(write):
+    lines = [{f"k{j}": "s" for j in range(500 * i, 500 * i + 500)} for i in range(3)]
+    with pytest.raises(InputError, match="more than 1000 names of numbers"):
+        read_log(write(lines))
+
+
+def test_lists_in_many_lists_are_no_numbers(write):
+    deep = [1.0]
+    for _ in range(62):
+        deep = [deep]
+    with pytest.raises(InputError) as refused:
+        read_log(write([{"wrench": deep, "time": t, "pose": [1] * 7} for t in (0, 1)]))
+    assert "\n" not in str(refused.value)

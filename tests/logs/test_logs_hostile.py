@@ -3,7 +3,9 @@
 import sqlite3
 
 import numpy as np
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
 from scipy.spatial.transform import Rotation
 
 import ur_records
@@ -122,3 +124,45 @@ def test_a_recording_of_huge_numbers_is_refused_by_name(tmp_path):
     fails(log(tmp_path, ROWS[0], row, ROWS[2]), "row 3, column fx")
     fails(log(tmp_path, ROWS[0], ROWS[1], "1e300" + ROWS[2][3:]), "row 4, column time")
     assert isinstance(read_log(log(tmp_path, *ROWS)), Recording)
+
+
+def test_lists_of_a_row_that_are_too_long(tmp_path, monkeypatch):
+    """3 kB of Parquet held lists of 240 million numbers, in 4.2 GB."""
+    path = tmp_path / "log.parquet"
+    zeros = pa.array([np.zeros(1_000_001, np.int8)], pa.list_(pa.int8()))
+    parquet.write_table(pa.table({"state": zeros}), path, compression="zstd")
+    assert path.stat().st_size < 2000
+    monkeypatch.setattr("hefting.logs.table.MAX_CELLS", 1_000_000)
+    fails(path, "holds more than 1,000,000 numbers")
+
+
+@pytest.mark.parametrize("repeated", ["joint1", "FTx", "a."])
+def test_names_are_understood_in_no_time_that_grows_with_their_square(
+    tmp_path, repeated
+):
+    """One of 90,000 characters took minutes."""
+    head = HEADER.replace("fx", (repeated * 10_000)[:30_000] + "fx")
+    fails(log(tmp_path, *ROWS, header=head), "fx")
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        ",".join("a" * 300_000) + "\n" + ",".join("1" * 300_000),
+        "time" + " " * 300_000 + "fx fy\n1 2 3",
+    ],
+)
+def test_headers_are_looked_at_once(tmp_path, head):
+    """The time had grown with the square of the number of names, or of blanks."""
+    path = tmp_path / "log.csv"
+    path.write_text(f"{head}\n")
+    with pytest.raises(InputError):
+        read_log(path)
+
+
+def test_text_above_a_header_is_read_once(tmp_path):
+    """A line of dashes above the names took minutes."""
+    dashes = "Force Units:" + "-" * 9000
+    head = HEADER.replace("fx", "Fx")
+    path = log(tmp_path, *ROWS, header=f"{dashes}\n{head}")
+    assert len(read_log(path)["wrench"]) == len(ROWS)

@@ -208,3 +208,23 @@ def test_empty_fields_are_passed_over(held, tmp_path):
     one = matrix(2, fields, empty, empty, name=b"s")
     path = written(tmp_path, (tmp_path / "log.mat").read_bytes()[128:], one)
     assert same(read_log(path), as_recording(**held))
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (matrix(6, element(9, b""), shape=(2**31 - 1,) * 20_000), "more than 64 axes"),
+        (
+            matrix(2, element(5, struct.pack("<i", 1)), element(1, bytes(10**6))),
+            "more than 1,000 fields",
+        ),
+        (matrix(17, *[element(1, b"")] * 300_000), "holds no arrays"),
+        (b"".join(matrix(6, element(9, bytes(8)), name=b"a%d" % i) for i in range(1001)),
+         "more than 1,000 arrays"),
+    ],
+)  # fmt: skip
+def test_what_is_long_is_not_written_out(tmp_path, content, said):
+    """The product of the axes, names of fields, and parts of an object each took minutes, a
+    megabyte of names 9 GB."""
+    with pytest.raises(InputError, match=said):
+        read_log(written(tmp_path, content))

@@ -406,3 +406,11 @@ def test_topics_without_messages_are_told(tmp_path):
         InputError, match="topic /w has no messages, and holds no wrench, only /p"
     ):
         read_bag(tmp_path / "bag.mcap")
+
+
+def test_files_of_a_folder_with_raised_digits(tmp_path):
+    """Which are digits, but no number."""
+    for name in ("1²2.mcap", "²1.mcap"):
+        (tmp_path / name).touch()
+    with pytest.raises(InputError, match="the file is empty"):
+        read_bag(tmp_path)

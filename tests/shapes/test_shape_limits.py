@@ -188,3 +188,56 @@ def test_properties_before_any_element(tmp_path):
     assert "damaged PLY" in refusal(path)
     with pytest.raises(InputError, match="not a readable"):
         read_mesh(path)
+
+
+def test_scenes_that_use_their_arrays_too_often(tmp_path, monkeypatch):
+    """A thousand parts of the same 100,000 vertices took 7 GB; nodes that place a mesh
+    again and again 8 GB; a chain of 10,000 nodes minutes."""
+    path = tmp_path / "scene.glb"
+    scene = scene_with()
+    header = json.loads(scene[20 : 20 + struct.unpack_from("<I", scene, 12)[0]])
+    (part,) = header["meshes"][0]["primitives"]
+    node = next(each for each in header["nodes"] if "mesh" in each)
+    chain = [{"children": [i + 1]} for i in range(files.MAX_LEVELS)] + [node]
+    cycle = [{**node, "children": [1]}, {"children": [0]}]
+    many = [{"primitives": [part] * 10_001}]
+    for changes in ({"nodes": chain}, {"nodes": cycle}, {"meshes": many}):
+        path.write_bytes(scene_with(**changes))
+        assert "not a readable .glb mesh" in refusal(path)
+    monkeypatch.setattr(files, "MAX_USED", 999)
+    own = {**part, "attributes": {f"_{i}": 0 for i in range(999)} | part["attributes"]}
+    for parts in ([part] * 100, [own]):
+        path.write_bytes(scene_with(meshes=[{"primitives": parts}]))
+        assert "not a readable .glb mesh" in refusal(path)
+    monkeypatch.setattr("hefting.shapes.reading.MAX_FACES", 99)
+    path.write_bytes(scene_with(nodes=[node] * 10, scenes=[{"nodes": [*range(10)]}]))
+    assert "more than 99 triangles" in refusal(path)
+
+
+def test_texts_of_many_solids_and_groups_are_read_at_once(tmp_path):
+    """Two megabytes of either took minutes."""
+    box = trimesh.creation.box()
+    text = box.export(file_type="stl_ascii")
+    (tmp_path / "a.stl").write_text(text + "solid\nendsolid\n" * 50_000 + text.upper())
+    vertices, faces = read_mesh(tmp_path / "a.stl")
+    np.testing.assert_allclose(vertices[faces][:12], box.triangles, atol=1e-6)
+    np.testing.assert_array_equal(vertices[faces][12:], vertices[faces][:12])
+    lines = [f"v {x} {y} {z} 1.0" for x, y, z in box.vertices]
+    corners = [[f"{v + 1}/1/1" for v in face] for face in box.faces]
+    for k, (a, b, c) in enumerate(corners):
+        lines += [f"g part{k}", f"f {a} {b} \\\n{c}", "usemtl paint"] * 500
+    (tmp_path / "a.obj").write_text("mtllib /etc/passwd\n" + "\n".join(lines))
+    vertices, faces = read_mesh(tmp_path / "a.obj")
+    np.testing.assert_array_equal(vertices, box.vertices)
+    np.testing.assert_array_equal(faces[::500], box.faces)
+
+
+def test_polygons_and_vertices_counted_from_the_last(tmp_path):
+    path = tmp_path / "a.obj"
+    square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+    path.write_text(f"{square}f -4 -3 -2 -1\n{square}f 1 2 7 8\n")
+    assert read_mesh(path)[1].tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 6], [0, 6, 7]]
+    for line in ("f 0 1 2", "f a b c", "v 1 2", "f 1 2 99999999999999999999"):
+        path.write_text(f"{square}{line}\n")
+        with pytest.raises(InputError, match=r"not a readable \.obj mesh"):
+            read_mesh(path)

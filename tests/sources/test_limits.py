@@ -5,8 +5,13 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from hefting.core.errors import InputError
+from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
-from hefting.sources import check
+from hefting.sources import QUEUE_FULL, Request, check
+from hefting.sources.foxglove_websocket import MESSAGE, FoxgloveTransport
+from hefting.sources.ros_source import RosSource, Transport
+from hefting.sources.zenoh_router import Inbox
 
 TIME = np.arange(5.0)
 
@@ -76,3 +81,55 @@ def test_good_samples_pass():
     assert found is not None
     assert np.array_equal(found.values, samples.values)
     assert not skipped
+
+
+TOPIC = Topic("/big", "geometry_msgs/msg/WrenchStamped", "cdr")
+
+
+def test_unread_messages_are_bounded_by_their_size():
+    """50,000 messages of a megabyte would be 50 GB."""
+    inbox = Inbox()
+    for _ in range(70):
+        inbox.put((TOPIC, 1, bytes(10**6)))
+    assert inbox.skipped == {QUEUE_FULL: 20}
+    assert len(inbox.take(0.0)) == 50
+    inbox.put((TOPIC, 1, b""))
+    assert len(inbox.take(0.0)) == 1
+
+
+def test_what_comes_before_topics_are_chosen_is_bounded():
+    """A sender of gigabytes a second, none of it a wrench, for five seconds."""
+    parts = []
+
+    class Loud(Transport):
+        def connect(self, wants): ...
+
+        def close(self): ...
+
+        def receive(self, timeout):
+            parts.append(len(parts))
+            return [(TOPIC, len(parts), bytes(10**6))] * 10
+
+    source = RosSource("loud", Request(), Loud("loud"))
+    with pytest.raises(InputError):
+        source.open()
+    assert len(parts) == 5
+
+
+def test_large_frames_are_received_one_at_a_time(monkeypatch):
+    """A thousand frames of 16 MB would be 16 GB."""
+    pytest.importorskip("websockets")
+
+    class Connection:
+        received = 0
+
+        def recv(self, timeout):
+            self.received += 1
+            return MESSAGE.pack(1, 7, 1) + bytes(16_000_000 if self.received % 2 else 9)
+
+    transport, connection = FoxgloveTransport("ws://localhost:1"), Connection()
+    monkeypatch.setattr(transport, "_connection", connection)
+    monkeypatch.setattr(transport, "_channels", {7: TOPIC})
+    assert len(transport.receive(0.0)) == 1
+    assert len(transport.receive(0.0)) == 2
+    assert connection.received == 3

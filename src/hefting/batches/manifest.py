@@ -34,7 +34,8 @@ SEPARATORS = (",", ";", "\t")
 EMPTY = ("nan", "<NA>", "NaT")
 """An empty cell of pandas, as text."""
 LARGEST_TOML = 20_000_000
-"""Largest manifest in TOML that is read [bytes]: 100,000 recordings take half of it."""
+"""Largest manifest in TOML that is read [bytes], and largest number of its cells: 100,000
+recordings take half of the bytes."""
 LARGEST_TABLE = 2**30
 """Largest manifest in CSV or Parquet that is read [bytes]."""
 LONGEST_HEADER = 100_000
@@ -69,8 +70,7 @@ def read_manifest(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
         size = path.stat().st_size
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", path) from error
-    if size > LARGEST_TABLE:
-        raise InputError("is larger than 1 GiB", path, "divide it")
+    check_large(size > LARGEST_TABLE, path)
     names = _names(path)
     if RECORDING not in names:
         what = f"a manifest needs a column '{RECORDING}'{nearest(RECORDING, names)}"
@@ -85,6 +85,14 @@ def read_manifest(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
             what = f"column '{name}' holds {kind}, not text"
             raise InputError(what, path, "write it as text")
     return table, {}
+
+
+def check_large(is_large: bool, path: Path) -> None:
+    """`InputError` for a manifest that is too large, or would be in memory."""
+    if is_large:
+        raise InputError(
+            "is larger than 1 GiB, or has too many cells", path, "divide it"
+        )
 
 
 def _names(path: Path) -> list[str]:
@@ -123,8 +131,14 @@ def _read_table(path: Path) -> "pa.Table":
 
     try:
         if path.suffix.lower() == ".parquet":
-            table = parquet.read_table(path, use_threads=False)
-            table.validate(full=True)
+            batches, size = [], 0
+            with parquet.ParquetFile(path) as file:
+                for batch in file.iter_batches(1000, use_threads=False):
+                    batch.validate(full=True)
+                    batches.append(batch)
+                    size += batch.nbytes
+                    check_large(size > LARGEST_TABLE, path)
+                table = pa.Table.from_batches(batches, file.schema_arrow)
             return table.rename_columns(_names(path))
         separator, names = _separator(path), _names(path)
         table = csv.read_csv(
@@ -154,6 +168,7 @@ def _read_toml(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
         if not isinstance(row, Mapping) or not isinstance(row.get(RECORDING), str):
             raise InputError(f"[[recordings]] {number} has no path", path, fix)
     names = list(dict.fromkeys(name for row in rows for name in row))
+    check_large(len(rows) * len(names) > LARGEST_TOML, path)
     cells = {name: [text_of(row.get(name)) for row in rows] for name in names}
     return pa.table(cells, pa.schema({name: pa.string() for name in names}.items())), (
         content

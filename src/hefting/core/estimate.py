@@ -13,7 +13,6 @@ import numpy as np
 from hefting import __version__
 from hefting.core.accuracy import Accuracy
 from hefting.core.accuracy import Certificate as Certificate
-from hefting.core.display import Shown
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate_json import (
     SCHEMA,
@@ -27,7 +26,7 @@ from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message, Verdict, error, verdict_of, warning
 from hefting.core.spatial import Array, freeze, skew, tensor_to_vector, vector_to_tensor
-from hefting.core.summary import body_lines, samples_told, warning_lines
+from hefting.core.summary import Shown, body_lines, samples_told, warning_lines
 from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
 
 NORMAL_95 = 1.96

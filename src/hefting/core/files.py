@@ -28,6 +28,9 @@ MAX_XML = 16 * 2**20
 MAX_DEPTH = 10_000
 """Deepest nesting of XML elements that is read."""
 
+MAX_INSIDE = 200_000_000
+"""Largest sum of the depths of XML elements, by which the time to read them grows."""
+
 TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
 """A tag with its attributes, whose values may contain the character that ends a tag."""
 
@@ -124,12 +127,16 @@ def parse_xml(
 
     parser = expat.ParserCreate("utf-8")
     inside: list[str] = []
+    count = 0
 
     def start_element(tag: str, attributes: dict[str, str]):
-        if len(inside) >= MAX_DEPTH:
-            raise InputError(
-                f"has elements nested deeper than {MAX_DEPTH:,}", where=path
+        nonlocal count
+        count += len(inside)
+        if len(inside) >= MAX_DEPTH or count > MAX_INSIDE:
+            what = (
+                f"has elements nested deeper than {MAX_DEPTH:,}, or too many deep ones"
             )
+            raise InputError(what, where=path)
         start(tag, attributes, parser.CurrentByteIndex, inside)
         inside.append(tag)
 

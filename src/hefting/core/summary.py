@@ -1,6 +1,7 @@
-"""Summary: an estimate in a few lines."""
+"""Summary: an estimate in a few lines, and results shown by a notebook."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,16 @@ ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 LOPSIDED = 3.0
 """Ratio of the longer to the shorter side of an interval above which its ends are
 shown."""
+
+
+class Shown:
+    """Base of results with a notebook display beside their `repr`, by pictures that the
+    results' own packages do not import."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str | None:
+        return import_module("hefting.notebook").html_of(self)
 
 
 def body_lines(

@@ -219,6 +219,8 @@ class _HolderReader:
         ):
             name = attributes["name"]
             scoped = "::".join([*(each for each, _ in self._scopes), name])
+            if len(scoped) > 1000:
+                raise InputError("has names of more than 1,000 characters", self._path)
             holder = _Holder(name, scoped, offset, len(inside))
             self._open.append(holder)
             self.holders.append(holder)

@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 
 from hefting import __version__
-from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.estimate import Answered, Estimate, com_jacobian, estimate_given
 from hefting.core.estimate_json import json_ready
@@ -29,6 +28,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Verdict
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, vector_to_tensor
+from hefting.core.summary import Shown
 
 QUANTITIES = (
     ("mass", "kg"),

@@ -78,9 +78,12 @@ def _without_constant_position(recording: Recording) -> Recording:
     """Without a position that never changes while the sensor turns, as no arm turns it
     about its very origin; with a warning."""
     streams = dict(recording.streams)
-    p, q = streams.pop("position", None), recording["orientation"].values
+    p = streams.pop("position", None)
+    if p is None or "orientation" not in streams or (p.values != p.values[0]).any():
+        return recording
+    q = streams["orientation"].values
     turned = 2.0 * np.arccos(min(float(np.abs(q @ q[0]).min()), 1.0))
-    if p is None or turned < TURNED or (p.values != p.values[0]).any():
+    if turned < TURNED:
         return recording
     what = f"the position never changes while the sensor turns by {np.degrees(turned):.0f}°: left out; log it"
     said = warning("position-constant", what)

@@ -70,7 +70,9 @@ def lists_of(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
     """Length of the list in the first cell that is not blank, by column with one."""
     found = {}
     for j in range(width):
-        cells = (row[j] for row in rows if row[j:] and row[j] not in ("", *NOTHING))
+        cells = (
+            row[j] for row in rows if j < len(row) and row[j] not in ("", *NOTHING)
+        )
         found[j] = len(list_in(next(cells, "")))
     return {j: count for j, count in found.items() if count}
 

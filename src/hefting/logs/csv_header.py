@@ -13,6 +13,9 @@ from hefting.logs.layout import SEPARATORS, Layout
 MAX_HEADER = 1_000_000
 """Longest header [bytes]."""
 
+MOST_NAMES = 10_000
+"""Most names of columns that are looked at."""
+
 MOST_LINES_BEFORE = 100
 """Number of lines in which the column names are searched."""
 
@@ -212,9 +215,8 @@ def _read_names(
         line.encode()
         names = _split_names(line, separator)
     except (UnicodeEncodeError, csv.Error) as error:
-        raise InputError(
-            "is not CSV text in UTF-8", path, "save it as CSV in UTF-8"
-        ) from error
+        what = f"is not CSV text in UTF-8 ({str(error)[:80]})"
+        raise InputError(what, path, "save it as CSV in UTF-8") from error
     if len(names) < 2 and not list_in("".join(names)):
         what = f"the header {line[:40]!r} is one column"
         fix = "export a table as CSV, with commas between columns"
@@ -290,8 +292,11 @@ def _is_no_header(
 
 def _split_names(line: str, separator: str) -> list[str]:
     """The cells of a line of names; ``Fx [N]`` is one, also with spaces as separator."""
-    line = re.sub(r" +(?=[\[(])", "", line) if separator == " " else line
-    return split_cells(line, separator)
+    line = re.sub(r"(?<! ) ++(?=[\[(])", "", line) if separator == " " else line
+    names = split_cells(line, separator)
+    if len(names) > MOST_NAMES:
+        raise csv.Error(f"more than {MOST_NAMES:,} names of columns")
+    return names
 
 
 def split_cells(line: str, separator: str) -> list[str]:

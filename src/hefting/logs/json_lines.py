@@ -3,6 +3,7 @@
 import io
 import json
 from array import array
+from collections.abc import Container
 from dataclasses import replace
 from itertools import chain
 from math import inf, nan, prod
@@ -93,8 +94,12 @@ class _Columns:
 
     def _add(self, before: str, fields: dict[str, Any], topic: str = "") -> None:
         """Add fields whose names begin so, and objects in them with the topic."""
-        names: Any = fields.get("name")
-        count = len(names) if isinstance(names, list) else None
+        if len(before) + len(topic) > 1000:
+            what = "has a name of more than 1,000 characters"
+            raise InputError(what, self._path, ONE_A_LINE)
+        given: Any = fields.get("name")
+        names = [str(n)[:99] for n in given] if isinstance(given, list) else []
+        count = len(given) if isinstance(given, list) else None
         for key, value in fields.items():
             name = before + key
             if isinstance(value, dict) and name.count(".") < DEEPEST:
@@ -103,7 +108,7 @@ class _Columns:
                 self._add_number(name, value)
             elif len(value) == count and key != "name":
                 for one, number in zip(names, value, strict=True):
-                    self._add_number(f"{before}{str(one)[:99]}.{key}", number)
+                    self._add_number(f"{before}{one}.{key}", number)
             else:
                 self._add_list(name, value)
 
@@ -116,7 +121,9 @@ class _Columns:
         if not numbers.size:
             return
         shape = self._shapes.get(name, numbers.shape)
-        if numbers.shape != shape or numbers.size > LONGEST_LIST:
+        large = numbers.size > LONGEST_LIST or numbers.ndim > 2
+        if numbers.shape != shape or large:
+            self._know(name, self._others)
             self._others.add(name)
             return
         self._shapes[name] = shape
@@ -133,14 +140,19 @@ class _Columns:
             number = inf
         except (TypeError, ValueError):
             number = seconds_of(value) if isinstance(value, str) else None
+        self._know(name, self._others if number is None else self._numbers)
         if number is None:
             self._others.add(name)
             return
-        if name not in self._numbers and len(self._numbers) >= MAX_COLUMNS:
-            what = f"has more than {MAX_COLUMNS} names of numbers"
-            raise InputError(what, self._path, ONE_A_LINE)
         self._numbers.setdefault(name, array("d"))
         self._filled(name)[self.rows :] = array("d", [number])  # once a row
+
+    def _know(self, name: str, names: Container[str]) -> None:
+        """`InputError` for a name that is not among these, and is one too many."""
+        known = len(self._numbers) + len(self._others)
+        if name not in names and known >= MAX_COLUMNS:
+            what = f"has more than {MAX_COLUMNS} names of numbers"
+            raise InputError(what, self._path, ONE_A_LINE)
 
     def _filled(self, name: str) -> "array[float]":
         """A column with blanks up to the last row."""

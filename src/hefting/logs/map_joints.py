@@ -17,9 +17,9 @@ FEWEST_JOINTS = 4
 """Smallest number of columns that are taken for the joints of an arm."""
 
 JOINT_STATE = re.compile(
-    r".*joint[^/.]*[/.](?:([^/.]+)[/.](position|effort)|(position|effort)[/.](?!\d)([^/.]+))"
+    r"(?![\s\S]{300}).*joint[^/.]*[/.](?:([^/.]+)[/.](position|effort)|(position|effort)[/.](?!\d)([^/.]+))"
 )
-"""Names of positions and efforts in JointState."""
+"""Short names of positions and efforts in JointState."""
 
 
 def joints_of(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:

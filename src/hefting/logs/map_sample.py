@@ -31,7 +31,7 @@ UNKNOWN = "is not known"
 NO_UNITS = ASIDE | OTHER | {"base", "world", "robot"}
 """Words in brackets after a name that are no units."""
 COUNTS = re.compile(
-    rb"(Force|Torque) Units:\W*([\w-]+)[\s\S]*?Counts per Unit \1:\W*([1-9]\d*(?:\.\d+)?)"
+    rb"(Force|Torque) Units:\W*+(\w[\w-]*+)[\s\S]*?Counts per Unit \1:\W*+([1-9]\d*(?:\.\d+)?)"
 )
 """Scales that ATI's programs write above the names, for columns of whole numbers."""
 LENGTH = re.compile(rb"\bLength Units,(\w+)")

@@ -4,6 +4,7 @@
 import struct
 import zlib
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.logs.canonical import MAX_COLUMNS
 from hefting.logs.layout import Layout
 from hefting.logs.registry import Format
 from hefting.logs.table import LONGEST_LIST, MAX_CELLS, check_cells
@@ -84,6 +86,8 @@ class _Reader:
             name, value = self._array(part)
             if name and value is not None:
                 found[name] = value
+            if len(found) > MAX_COLUMNS:
+                raise ValueError(f"more than {MAX_COLUMNS:,} arrays")
         return found
 
     def _elements(self, data: memoryview) -> Iterator[tuple[int, memoryview]]:
@@ -110,7 +114,7 @@ class _Reader:
         flags = self._integers(parts)[0]
         kind = flags & 0xFF
         if kind == OPAQUE:
-            return self._opaque([_text(part) for _, part in parts][:3])
+            return self._opaque([_text(part) for _, part in islice(parts, 3)])
         shape = [int(n) for n in self._integers(parts)]
         name = _text(next(parts)[1])
         if kind in NUMBERS and not flags & 0x800:  # not complex
@@ -130,13 +134,18 @@ class _Reader:
         if kind == OBJECT:
             next(parts)
         (length,), (_, names) = self._integers(parts), next(parts)
+        if len(names) > MAX_COLUMNS * length:
+            raise ValueError(f"more than {MAX_COLUMNS:,} fields")
         fields = [_text(names[i : i + length]) for i in range(0, len(names), length)]
         values = [self._array(part, depth + 1)[1] for _, part in parts]
         held = {f: _together(values[i :: len(fields)]) for i, f in enumerate(fields)}
         return name, {f: value for f, value in held.items() if value is not None}
 
     def _integers(self, parts: Iterator[tuple[int, memoryview]]) -> Sequence[int]:
-        return np.frombuffer(next(parts)[1], f"{self._order}i4").tolist()
+        part = next(parts)[1]
+        if len(part) > 256:
+            raise ValueError("more than 64 axes")
+        return np.frombuffer(part, f"{self._order}i4").tolist()
 
     def _opaque(self, texts: list[str]) -> tuple[str, None]:
         """`InputError` for an object of `OF_DATA`."""

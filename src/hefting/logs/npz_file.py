@@ -2,10 +2,8 @@
 Nothing in it is unpickled."""
 
 import zipfile
-import zlib
 from math import prod
 from pathlib import Path
-from tokenize import TokenError
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,22 +16,6 @@ from hefting.logs.table import LONGEST_LIST, check_cells
 
 if TYPE_CHECKING:
     from hefting.logs.memory_table import MemoryTable
-
-DAMAGED = (
-    zipfile.BadZipFile,
-    zlib.error,
-    EOFError,
-    LookupError,
-    MemoryError,
-    NotImplementedError,
-    OverflowError,
-    RuntimeError,
-    SyntaxError,
-    TokenError,
-    TypeError,
-    ValueError,
-)
-"""Errors of reading an archive that is damaged, encrypted or packed in another way."""
 
 
 def open_npz(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
@@ -49,7 +31,9 @@ def open_npz(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
     try:
         with zipfile.ZipFile(path) as archive:
             arrays, others = _arrays(archive, path)
-    except DAMAGED as error:
+    except InputError:
+        raise
+    except Exception as error:  # damaged, encrypted, or packed in another way
         raise InputError(
             f"cannot be read as .npz ({str(error)[:80]})", path, "write the file again"
         ) from error

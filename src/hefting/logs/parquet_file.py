@@ -3,8 +3,12 @@
 structures becomes columns ``force.x``, ... ."""
 
 import io
+import struct
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,17 +23,13 @@ from hefting.core.spatial import Array
 from hefting.logs.canonical import table_from_recording
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
-from hefting.logs.table import LONGEST_LIST, Block, label
+from hefting.logs.table import LONGEST_LIST, Block, check_cells, label
 
 if TYPE_CHECKING:
     import pyarrow as pa
-    from pyarrow import parquet
 
 ROWS = 65_536
-"""Number of rows that are read at a time."""
-
-GROUP = 65_536
-"""Number of rows of a written row group."""
+"""Number of rows that are read at a time, and of a written row group."""
 
 BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""
@@ -43,39 +43,55 @@ class ParquetTable:
     names: tuple[str, ...]
     places: tuple[tuple[str, int | None], ...]
     """of each name the file's column, and the index in its lists"""
+    schema: "pa.Schema"
+    """of the file's columns"""
+    count: int
+    """Number of rows."""
+    read: "Callable[[list[str]], Iterator[pa.Table]]"
+    """Successive rows of the file's columns of these names."""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`. Dates are in seconds
         since 1970, durations in seconds."""
-        import pyarrow as pa
-        from pyarrow import parquet
-
-        stored = list(dict.fromkeys(self.places[j][0] for j in columns))
+        for j in columns:
+            name, place = self.places[j]
+            kind = self.schema.field(name).type
+            where = f"{self.source}, column {label(self, j)}"
+            _check_kind(kind if place is None else kind.value_type, where)
         before = 0
-        try:
-            with parquet.ParquetFile(
-                self.source, buffer_size=BUFFER, pre_buffer=False
-            ) as file:
-                kinds = flat(file.schema_arrow.empty_table()).schema
-                for j in columns:
-                    name, place = self.places[j]
-                    kind = kinds.field(name).type
-                    where = f"{self.source}, column {label(self, j)}"
-                    _check_kind(kind if place is None else kind.value_type, where)
-                rows = max(file.metadata.num_rows, 1)
-                for batch in file.iter_batches(ROWS, columns=stored):
-                    report(READING, before / rows)
-                    table = flat(pa.Table.from_batches([batch]))
-                    arrays = {j: _part(table, *self.places[j]) for j in columns}
-                    values = {j: _values_of(column) for j, column in arrays.items()}
-                    blank = {
-                        j: column.is_null().to_numpy() if column.null_count else None
-                        for j, column in arrays.items()
-                    }
-                    yield Block(np.arange(len(batch)) + before + 1, values, blank)
-                    before += len(batch)
-        except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-            raise read_error(self.source, error) from error
+        with reading(self.source):
+            for table in self.read(list({self.places[j][0]: 0 for j in columns})):
+                report(READING, before / self.count)
+                arrays = {j: _part(table, *self.places[j]) for j in columns}
+                values = {j: _values_of(column) for j, column in arrays.items()}
+                blank = {
+                    j: column.is_null().to_numpy() if column.null_count else None
+                    for j, column in arrays.items()
+                }
+                yield Block(np.arange(len(table)) + before + 1, values, blank)
+                before += len(table)
+
+
+def _rows(
+    path: str | Path, columns: Sequence[str], rows: int = ROWS
+) -> "Iterator[pa.Table]":
+    """Columns of a file, so many rows at a time; `InputError` for a part of it that is
+    too large once it is unpacked."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    begins = tuple(f"{name}." for name in columns)
+    with parquet.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False) as file:
+        for group in map(file.metadata.row_group, range(file.num_row_groups)):
+            parts = map(group.column, range(group.num_columns))
+            sizes = (
+                max(part.num_values, part.total_uncompressed_size // 8)
+                for part in parts
+                if f"{part.path_in_schema}.".startswith(begins)
+            )
+            check_cells(sum(sizes), path)
+        for batch in file.iter_batches(rows, columns=columns):
+            yield flat(pa.Table.from_batches([batch]))
 
 
 def _part(table: "pa.Table", name: str, place: int | None) -> "pa.ChunkedArray":
@@ -127,42 +143,41 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
 
     Raises `InputError` when it cannot be read, or names repeat.
     """
-    import pyarrow as pa
     from pyarrow import parquet
 
-    try:
-        with parquet.ParquetFile(path) as file:
-            lengths = _lengths_of_lists(file)
-    except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-        raise read_error(path, error) from error
-    places = [
-        (name, place)
-        for name, length in lengths
-        for place in ([None] if length is None else range(length))
-    ]
-    names = [n if place is None else f"{n}_{place}" for n, place in places]
+    with reading(path), parquet.ParquetFile(path) as file:
+        schema = flat(file.schema_arrow.empty_table()).schema
+        return table_of(path, schema, file.metadata.num_rows, partial(_rows, path), 1)
+
+
+def table_of(
+    path: str | Path,
+    schema: "pa.Schema",
+    count: int,
+    read: "Callable[..., Iterator[pa.Table]]",
+    looked: int,
+) -> ParquetTable:
+    """A table of this schema and number of rows, whose columns of lists are divided by
+    the first one that is not null of so many rows that are `looked` at, if it is neither
+    empty nor longer than `LONGEST_LIST`. `InputError` for repeated names."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
+    places: list[tuple[str, int | None]] = []
+    for field in schema:
+        length, is_list = 0, any(of(field.type) for of in lists)
+        for table in islice(read([field.name], rows=looked), int(is_list)):
+            lengths = compute.call_function("list_value_length", [table[field.name]])
+            length = next(iter(lengths.drop_null().slice(0, 1).to_pylist()), 0)
+        divides = 0 < length <= LONGEST_LIST
+        places += [(field.name, k) for k in (range(length) if divides else [None])]
+    names = tuple(n if place is None else f"{n}_{place}" for n, place in places)
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
         what = f"column {twice[0][0][:40]!r} is there {twice[0][1]} times"
         raise InputError(what, path, "keep one of them")
-    return ParquetTable(str(path), tuple(names), tuple(places))
-
-
-def _lengths_of_lists(file: "parquet.ParquetFile") -> list[tuple[str, int | None]]:
-    """Each column of a file with the length of its first list; None for other columns,
-    and for lists that are empty or longer than `LONGEST_LIST`."""
-    import pyarrow as pa
-
-    lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
-    schema = flat(file.schema_arrow.empty_table()).schema
-    known = [field.name for field in schema if any(of(field.type) for of in lists)]
-    first = next(file.iter_batches(1, columns=known), None) if known else None
-    rows = [] if first is None else flat(pa.Table.from_batches([first])).to_pylist()
-    lengths = {name: len(row[name] or ()) for row in rows for name in known}
-    return [
-        (n, lengths[n] if 0 < lengths.get(n, 0) <= LONGEST_LIST else None)
-        for n in schema.names
-    ]
+    return ParquetTable(str(path), names, tuple(places), schema, count, read)
 
 
 def flat(table: "pa.Table") -> "pa.Table":
@@ -174,12 +189,19 @@ def flat(table: "pa.Table") -> "pa.Table":
     return table
 
 
-def read_error(path: str | Path, error: Exception, kind: str = "Parquet") -> InputError:
-    """The error of a file of a `kind` that pyarrow cannot read."""
-    reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-    return InputError(
-        f"cannot be read as {kind} ({reason})", path, "write the file again"
-    )
+@contextmanager
+def reading(path: str | Path, kind: str = "Parquet") -> Iterator[None]:
+    """Context in which errors of pyarrow are `InputError`s of a file of a `kind`."""
+    import pyarrow as pa
+
+    damaged = UnicodeDecodeError, OSError, LookupError, struct.error
+    try:
+        yield
+    except (pa.ArrowException, *damaged) as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0][:200]
+        raise InputError(
+            f"cannot be read as {kind} ({reason})", path, "write the file again"
+        ) from error
 
 
 def write_parquet(recording: Recording, path: str | Path) -> tuple[str, ...]:
@@ -187,7 +209,7 @@ def write_parquet(recording: Recording, path: str | Path) -> tuple[str, ...]:
     from pyarrow import parquet
 
     stream = io.BytesIO()
-    parquet.write_table(table_from_recording(recording), stream, row_group_size=GROUP)
+    parquet.write_table(table_from_recording(recording), stream, row_group_size=ROWS)
     write_atomically(path, stream.getvalue())
     return ()
 

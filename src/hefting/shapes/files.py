@@ -27,9 +27,9 @@ MAX_CLOUD = 1_000_000
 MAX_NUMBERS = 50_000_000
 """Most numbers that the vertices of a PLY file may have in all (0.4 GB)."""
 
-MAX_NODES = 10_000
-"""Most nodes of a scene: the time to place them can grow with the square of their
-number."""
+MAX_NODES, MAX_LEVELS, MAX_USED = 10_000, 100, 40_000_000
+"""Most nodes of a scene, or parts of meshes, levels of nodes, and uses of numbers: the
+time to place a node grows with its level."""
 
 PART = 2**20
 """Bytes of a block in which words are counted."""
@@ -39,25 +39,30 @@ PlyKind = str | tuple[str, str]
 """Type of a property of a PLY file; for a list the types of its length and its items."""
 PlyElement = tuple[str, int, list[tuple[str, PlyKind]]]
 """Element of a PLY file: name, number, properties with their types."""
-PLY_TYPES = {
-    **{
-        "char": "i1",
-        "uchar": "u1",
-        "short": "i2",
-        "ushort": "u2",
-        "int": "i4",
-        "uint": "u4",
-    },
-    **{
-        "int8": "i1",
-        "uint8": "u1",
-        "int16": "i2",
-        "uint16": "u2",
-        "int32": "i4",
-        "uint32": "u4",
-    },
-    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
-}
+PLY_TYPES = dict(
+    zip(
+        [
+            "char",
+            "uchar",
+            "short",
+            "ushort",
+            "int",
+            "uint",
+            "float",
+            "double",
+            "int8",
+            "uint8",
+            "int16",
+            "uint16",
+            "int32",
+            "uint32",
+            "float32",
+            "float64",
+        ],
+        2 * ["i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"],
+        strict=True,
+    )
+)
 PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -89,20 +94,41 @@ def check_count(count: int, path: str | Path) -> None:
 
 
 def check_glb(data: bytes) -> None:
-    """`ValueError` for a binary glTF scene whose header is too large for JSON, whose
-    arrays are longer than the file (glTF allows arrays without data, filled with zeros),
-    or that has too many nodes."""
+    """`ValueError` or `LookupError` for a binary glTF scene whose header is too large for
+    JSON, that has too many nodes, levels of them or parts, or whose arrays are longer than
+    the file (glTF allows arrays without data, filled with zeros) or used too often."""
     header = data[20 : 20 + struct.unpack_from("<I", data, 12)[0]]
     if len(header) > MAX_JSON or header.count(b"[") + header.count(b"{") > MAX_LISTS:
         raise ValueError("the header is too large")
     scene = json.loads(header)
-    without_data = [a["count"] for a in scene["accessors"] if "bufferView" not in a]
-    if sum(accessor["count"] for accessor in scene["accessors"]) > len(data):
-        raise ValueError("arrays longer than the file")
-    if sum(without_data) > MAX_CLOUD:
-        raise ValueError("long arrays made of nothing")
-    if len(scene.get("nodes", ())) > MAX_NODES:
-        raise ValueError("too many nodes")
+    counts = [abs(each["count"]) for each in scene["accessors"]]
+    empty = [0 if "bufferView" in a else abs(a["count"]) for a in scene["accessors"]]
+    nodes, meshes = scene.get("nodes", []), [m["primitives"] for m in scene["meshes"]]
+    used = [
+        counts[k]
+        for parts in meshes
+        for part in parts
+        for k in (*part["attributes"].values(), part.get("indices", 0))
+    ]
+    placed = [len(meshes[node["mesh"]]) for node in nodes if "mesh" in node]
+    below = [node.get("children", ()) for node in nodes]
+    many = sum(map(len, meshes)), sum(placed), len(nodes), sum(map(len, below))
+    if (
+        sum(counts) > len(data)
+        or sum(empty) > MAX_CLOUD
+        or sum(used) > MAX_USED
+        or max(many) > MAX_NODES
+        or _levels(below) > MAX_LEVELS
+    ):
+        raise ValueError("too long arrays, or too many parts")
+
+
+def _levels(children: list[list[int]]) -> int:
+    """Number of levels of nodes with these children, at most one too many."""
+    count, level = 0, set(range(len(children)))
+    while level and count <= MAX_LEVELS:
+        count, level = count + 1, {child for node in level for child in children[node]}
+    return count
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,11 @@
 """Reading meshes and point clouds from files, which are not trusted."""
 
 import io
+import re
 import struct
 import warnings
+from array import array
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +15,6 @@ from hefting.core.spatial import Array
 from hefting.shapes.files import (
     MAX_LINE,
     PLY_ORDERS,
-    PlyKind,
     check_count,
     check_glb,
     check_text,
@@ -31,6 +33,10 @@ STL_TRIANGLE = np.dtype(
     [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )
 """A triangle of a binary STL file."""
+STL_VERTEX = re.compile(
+    rb"vertex\s++(\S{1,40})\s++(\S{1,40})\s++(\S{1,40})(?!\S)", re.IGNORECASE
+)
+"""A corner of a triangle in an ASCII STL file."""
 
 
 def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
@@ -46,35 +52,11 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
         return _binary_stl(data, path)
     if suffix == ".ply" and (mesh := _binary_ply(data, path)) is not None:
         return mesh
-    import logging
-
-    import trimesh
-
     if suffix != ".glb":
         check_text(data, path)
-    log = logging.getLogger("trimesh")
-    if not log.handlers:  # otherwise Python prints messages about damaged files
-        log.addHandler(logging.NullHandler())
     try:
-        if suffix == ".glb":
-            check_glb(data)
-        elif suffix in (".obj", ".off") or data.startswith(b"solid"):
-            data = _as_utf8(data)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(
-                io.BytesIO(data),
-                file_type=suffix[1:],
-                process=False,
-                skip_materials=True,
-            )
-            faces = 0
-            for node in scene.graph.nodes_geometry:
-                faces += len(getattr(scene.geometry[scene.graph[node][1]], "faces", ()))
-                _check_faces(faces, path)
-            mesh = scene.to_mesh()
-        faces = np.asarray(mesh.faces, dtype=np.int64)
-        return np.asarray(mesh.vertices, dtype=float), faces
+        read = {".stl": _ascii_stl, ".obj": _obj}.get(suffix)
+        vertices, faces = read(data) if read else _by_trimesh(data, suffix, path)
     except InputError:
         raise
     except Exception as error:  # a damaged file makes a parser fail in any way
@@ -82,6 +64,64 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
         raise InputError(
             what, path, "export it again, for example as binary .stl"
         ) from error
+    _check_faces(len(faces), path)
+    return vertices, faces
+
+
+def _by_trimesh(data: bytes, suffix: str, path: str | Path) -> tuple[Array, np.ndarray]:
+    """Vertices and faces as trimesh reads them."""
+    import logging
+
+    import trimesh
+
+    log = logging.getLogger("trimesh")
+    if not log.handlers:  # otherwise Python prints messages about damaged files
+        log.addHandler(logging.NullHandler())
+    if suffix == ".glb":
+        check_glb(data)
+    elif suffix == ".off":
+        data = data.decode(errors="replace").encode()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = trimesh.load_scene(
+            io.BytesIO(data), file_type=suffix[1:], process=False, skip_materials=True
+        )
+        count = 0
+        for node in scene.graph.nodes_geometry:
+            part = scene.geometry[scene.graph[node][1]]
+            corners = len(getattr(part, "vertices", ()))
+            count += max(len(getattr(part, "faces", ())), corners // 3)
+            _check_faces(count, path)
+        mesh = scene.to_mesh()
+    faces = np.asarray(mesh.faces, dtype=np.int64)
+    return np.asarray(mesh.vertices, dtype=float), faces
+
+
+def _ascii_stl(data: bytes) -> tuple[Array, np.ndarray]:
+    """Vertices and faces of all solids in an ASCII STL file, each face with vertices of
+    its own."""
+    vertices = np.array(STL_VERTEX.findall(data)).astype(float)
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _obj(data: bytes) -> tuple[Array, np.ndarray]:
+    """Vertices and faces of an OBJ file, polygons as fans of triangles; what else is in
+    it is passed over."""
+    vertices, faces = array("d"), array("q")
+    for line in data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").splitlines():
+        kind, *words = line.split() or [b""]
+        if kind == b"v":
+            x, y, z = map(float, words[:3])
+            vertices.extend((x, y, z))
+        elif kind == b"f":
+            corners = [int(word.partition(b"/")[0]) for word in words]
+            if 0 in corners:
+                raise ValueError("there is no vertex 0")
+            known = len(vertices) // 3
+            first, *others = (k - 1 if k > 0 else k + known for k in corners)
+            for pair in pairwise(others):
+                faces.extend((first, *pair))
+    return np.array(vertices).reshape(-1, 3), np.array(faces).reshape(-1, 3)
 
 
 def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
@@ -109,42 +149,25 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
         )
         order = PLY_ORDERS[form]
         points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
-        triangle, corners = _triangle_record(entries, order)
+        ((corners, (length, index)),) = entries
+        triangle = np.dtype([("count", order + length), ("corners", order + index, 3)])
     except (ValueError, KeyError, IndexError, TypeError):
+        return None
+    if corners not in ("vertex_indices", "vertex_index") or index[0] == "f":
         return None
     if (vertex, face) != ("vertex", "face") or min(count, number) < 1:
         return None
     if len(data) != start + count * points.itemsize + number * triangle.itemsize:
         return None
     faces = np.frombuffer(data, triangle, number, start + count * points.itemsize)
-    all_triangles = (faces["number of corners"] == 3).all()
+    all_triangles = (faces["count"] == 3).all()
     if not {"x", "y", "z"} <= set(points.names or ()) or not all_triangles:
         return None
     _check_faces(number, path)
     table = np.frombuffer(data, points, count, start)
     with np.errstate(invalid="ignore"):  # values that are not finite are refused later
         vertices = np.column_stack([table[axis] for axis in "xyz"]).astype(float)
-    return vertices, faces[corners].astype(np.int64)
-
-
-def _triangle_record(
-    entries: list[tuple[str, PlyKind]], order: str
-) -> tuple[np.dtype, str]:
-    """Record of a triangle in a binary PLY file, and the name of its corners; ValueError
-    unless its only list is that of the corners."""
-    lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
-    ((corners, (length, index)),) = lists
-    fields: list[tuple] = [
-        (name, order + kind) for name, kind in entries if isinstance(kind, str)
-    ]
-    place = [name for name, _ in entries].index(corners)
-    fields[place:place] = [
-        ("number of corners", order + length),
-        (corners, order + index, 3),
-    ]
-    if corners not in ("vertex_indices", "vertex_index") or index[0] == "f":
-        raise ValueError("no corners")
-    return np.dtype(fields), corners
+    return vertices, faces["corners"].astype(np.int64)
 
 
 def _check_faces(count: int, path: str | Path) -> None:
@@ -160,16 +183,6 @@ def _is_binary_stl(data: bytes) -> bool:
     count = struct.unpack_from("<I", data, STL_HEADER - 4)[0]
     rest = len(data) - STL_HEADER - STL_TRIANGLE.itemsize * count
     return rest == 0 or (rest > 0 and count > 0)
-
-
-def _as_utf8(data: bytes) -> bytes:
-    """Text in UTF-8, converted from Latin-1 if it is not: the two differ only in comments
-    and names."""
-    try:
-        data.decode()
-    except UnicodeDecodeError:
-        return data.decode("latin-1").encode()
-    return data
 
 
 def read_cloud(path: str | Path) -> Array:

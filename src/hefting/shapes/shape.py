@@ -10,11 +10,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import warning
 from hefting.core.spatial import Array, check_pose, frozen, own, tensor_to_vector
+from hefting.core.summary import Shown
 from hefting.shapes.checks import (
     DEFAULT_POINTS,
     REACH,

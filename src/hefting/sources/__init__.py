@@ -125,8 +125,9 @@ of a humanoid ten thousand."""
 
 MAX_JOINTS = 1000
 
-MAX_QUEUED = 50_000
-"""Largest number of unread messages: those of a robot in ten seconds."""
+MAX_UNREAD = 50_000_000
+"""Largest size of unread messages [bytes]: of 50,000 small ones, those of a robot in ten
+seconds."""
 
 TOO_LARGE = "larger than 1 MB"
 UNREADABLE = "does not fit its definition"

@@ -15,7 +15,11 @@ from hefting.core.errors import InputError, needing
 from hefting.logs.ros.records import full_type
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources import UNREADABLE, address_of
+from hefting.sources import (
+    MAX_MESSAGE,
+    UNREADABLE,
+    address_of,
+)
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 
@@ -82,14 +86,17 @@ class FoxgloveTransport(Transport):
         if self._connection is None:
             raise SourceLostError(f"{self.name}: is closed")
         found: list[RosMessage] = []
+        size = 0
         try:
             for _ in range(MOST):
                 frame = self._connection.recv(timeout=timeout)
-                timeout = 0
+                timeout, size = 0, size + len(frame)
                 if isinstance(frame, str):
                     self._read_text(frame)
                 else:
                     found += self._message(frame)
+                if size > MAX_MESSAGE:
+                    break
         except TimeoutError:
             pass
         except (ConnectionClosed, OSError) as error:

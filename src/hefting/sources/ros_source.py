@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
-from hefting.sources import NamedSource, Pace, Request
+from hefting.sources import MAX_UNREAD, NamedSource, Pace, Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5
@@ -93,9 +93,11 @@ class RosSource(NamedSource):
 
     def _choose(self, decoder: RosDecoder) -> list[Samples]:
         messages: list[RosMessage] = []
-        end, due = time.monotonic() + PATIENCE, None
-        while (now := time.monotonic()) < end:
-            messages += self._transport.receive(STEP)
+        end, due, size = time.monotonic() + PATIENCE, None, 0
+        while (now := time.monotonic()) < end and size < MAX_UNREAD:
+            new = self._transport.receive(STEP)
+            messages += new
+            size += sum(len(data) for _, _, data in new)
             if messages and due is None:
                 due = now + SETTLING
             if due is not None and now >= due:

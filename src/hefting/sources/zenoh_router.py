@@ -19,7 +19,13 @@ from typing import Any
 from hefting.core.errors import InputError, needing
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources import MAX_MESSAGE, MAX_QUEUED, QUEUE_FULL, TOO_LARGE, address_of
+from hefting.sources import (
+    MAX_MESSAGE,
+    MAX_UNREAD,
+    QUEUE_FULL,
+    TOO_LARGE,
+    address_of,
+)
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 
@@ -31,13 +37,13 @@ class Inbox:
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()
-        self._queue: queue.Queue[RosMessage] = queue.Queue(MAX_QUEUED)
+        self._queue: queue.Queue[RosMessage] = queue.Queue()
 
     def put(self, message: RosMessage) -> None:
         """Add a message; never waits."""
-        try:
-            self._queue.put_nowait(message)
-        except queue.Full:
+        if self._queue.qsize() * (len(message[2]) + 1000) < MAX_UNREAD:
+            self._queue.put(message)
+        else:
             self.skipped[QUEUE_FULL] += 1
 
     def take(self, timeout: float) -> list[RosMessage]:

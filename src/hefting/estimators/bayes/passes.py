@@ -33,9 +33,6 @@ LARGEST_PRIOR_SCALE = 2.0
 """Upper bound of the prior's mass over the rough mass."""
 UNCHANGED_SCALE = 0.005
 """Relative change of the prior's mass up to which the prior counts as unchanged."""
-SMALLEST_CENTERED_MASS = 0.1
-"""Least mass of a posterior's mean, over the prior's, for its centre of mass to be
-used."""
 MUCH_LIKELIER = 8.0
 """Gain in log evidence (`Passes.likeliest_way`) above which another way to give the
 shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with

@@ -257,6 +257,6 @@ def storage_files(folder: Path) -> list[Path]:
     return sorted(
         names,
         key=lambda file: [
-            int(p) if p.isdigit() else p for p in re.split(r"(\d+)", file.name)
+            int(p) if k % 2 else p for k, p in enumerate(re.split(r"(\d+)", file.name))
         ],
     )

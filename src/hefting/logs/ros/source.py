@@ -2,6 +2,7 @@
 
 import bz2
 import os
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -139,6 +140,7 @@ class Budget:
             raise InputError(what, self.path, "decompress it first")
 
 
+@cache
 def zstandard() -> Any:
     """The module that holds `ZstdDecompressor`, which comes with rosbags."""
     try:

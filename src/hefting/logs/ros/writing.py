@@ -6,7 +6,7 @@ import os
 import shutil
 import sqlite3
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -118,19 +118,22 @@ class McapOutput:
 
     def write(self, data: bytes | bytearray) -> int:
         """Write, unless an earlier call failed."""
-        if self.error is None:
-            try:
-                return self._stream.write(data)
-            except OSError as error:
-                self.error = error
-        return len(data)
+        return self._attempt(len(data), self._stream.write, data)
 
     def seek(self, offset: int, whence: int = 0) -> int:
-        """Go to a place in the file."""
-        return self._stream.seek(offset, whence)
+        """Go to a place in the file, as `write`: it may write what waits."""
+        return self._attempt(offset, self._stream.seek, offset, whence)
 
     def flush(self) -> None:
         """Do nothing: the file is flushed when it is closed."""
+
+    def _attempt(self, otherwise: int, step: Callable[..., int], *given: Any) -> int:
+        if self.error is None:
+            try:
+                return step(*given)
+            except OSError as error:
+                self.error = error
+        return otherwise
 
 
 def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
