@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.cramer_rao import Scale, bound
+from hefting.core.accuracy import errors_between
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
-from hefting.core.metrics import errors_between
 from hefting.core.spatial import Array
 from hefting.estimators import HPS, OLS, PMD, Bayes
 from hefting.logs import read_log

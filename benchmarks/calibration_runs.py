@@ -7,9 +7,9 @@ import numpy as np
 
 from benchmarks.bodies import Body, ends, sixteen
 from benchmarks.wrong_shapes import WRONG
+from hefting.core.accuracy import errors_between
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, MotionNoise, Noise
-from hefting.core.metrics import errors_between
 from hefting.core.spatial import Array
 from hefting.estimators import LMI, PMD, Bayes
 from hefting.estimators.raw_motion import white_noise

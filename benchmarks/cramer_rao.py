@@ -62,7 +62,7 @@ def bound(
 @dataclass(frozen=True, eq=False)
 class Scale:
     """What turns deviations of the ten parameters into the paper's errors
-    (`hefting.core.metrics`), to first order."""
+    (`hefting.core.accuracy`), to first order."""
 
     body: InertialParameters
     """the truth"""

@@ -8,10 +8,10 @@ from functools import cache
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from hefting.core.accuracy import errors_between
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements
-from hefting.core.metrics import errors_between
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.shapes import Shape
 from hefting.simulation import (

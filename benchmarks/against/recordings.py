@@ -9,9 +9,9 @@ from pathlib import Path
 from benchmarks.against.party import Task
 from benchmarks.bodies import random_body
 from benchmarks.things import THINGS
+from hefting.core.accuracy import errors_between
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements
-from hefting.core.metrics import errors_between
 from hefting.core.spatial import Array
 from hefting.shapes import Shape
 from hefting.simulation import UR5, sinusoids, wield

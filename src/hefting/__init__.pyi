@@ -1,6 +1,7 @@
 """Names of `hefting/__init__.py` for type checkers, which do not follow its lazy imports."""
 
 from hefting.batches import batch as batch
+from hefting.core.accuracy import errors_between as errors_between
 from hefting.core.errors import HeftingError as HeftingError
 from hefting.core.errors import InputError as InputError
 from hefting.core.errors import MissingDependencyError as MissingDependencyError
@@ -16,7 +17,6 @@ from hefting.core.measurements import NOISE_LEVELS as NOISE_LEVELS
 from hefting.core.measurements import Measurements as Measurements
 from hefting.core.measurements import MotionNoise as MotionNoise
 from hefting.core.measurements import Noise as Noise
-from hefting.core.metrics import errors_between as errors_between
 from hefting.core.moments import Moments as Moments
 from hefting.core.recording import Recording as Recording
 from hefting.core.recording import Stream as Stream

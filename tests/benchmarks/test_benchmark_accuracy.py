@@ -16,11 +16,11 @@ sys.path.append(str(Path(__file__).resolve().parents[2]))
 from benchmarks.accuracy import main
 from benchmarks.cramer_rao import Scale, bound
 
+from hefting.core.accuracy import errors_between
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
-from hefting.core.metrics import errors_between
 from hefting.core.spatial import vector_to_tensor
 from hefting.estimators import OLS, PMD, Bayes
 from hefting.simulation import UR5, hammer, sinusoids, wield

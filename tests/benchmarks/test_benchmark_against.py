@@ -32,7 +32,7 @@ from benchmarks.against.recordings import random_tool  # noqa: E402
 from benchmarks.against.runs import Outcome, measured  # noqa: E402
 from benchmarks.report import Row, Section  # noqa: E402
 
-from hefting.core.metrics import errors_between  # noqa: E402
+from hefting.core.accuracy import errors_between  # noqa: E402
 
 PARTIES = {party.name: party for party in parties()}
 PEERS = [name for name, party in PARTIES.items() if party.peer]

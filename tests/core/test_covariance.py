@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hefting.core.covariance import Covariance
 from hefting.core.errors import InputError
+from hefting.core.undetermined import Covariance
 
 SIZES = 10.0 ** np.random.default_rng(5).uniform(-6, 1, 10)
 """Of deviations: those of masses and of inertias differ by as much."""

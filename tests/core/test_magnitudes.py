@@ -7,6 +7,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
+from hefting.core.accuracy import errors_between
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.magnitudes import (
@@ -17,7 +18,6 @@ from hefting.core.magnitudes import (
     LARGEST_PARAMETER,
     LARGEST_TIME,
 )
-from hefting.core.metrics import errors_between
 from hefting.core.recording import COLUMNS, Recording, Stream
 from hefting.core.spatial import check_gravity, check_pose, pose_matrix
 from hefting.identification import identify

@@ -5,9 +5,9 @@ import pytest
 from scipy.linalg import expm, logm, sqrtm
 from scipy.spatial.transform import Rotation
 
+from hefting.core.accuracy import errors_between, riemannian_distance
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.metrics import errors_between, riemannian_distance
 from hefting.core.spatial import inverse_pose
 from random_problems import random_body, random_pose
 

@@ -4,8 +4,13 @@ import codecs
 
 import pytest
 
-from hefting.core.errors import LONGEST_PLACE, InputError
-from hefting.core.plain_text import ascii_of, file_word, spell_out
+from hefting.core.errors import (
+    LONGEST_PLACE,
+    InputError,
+    ascii_of,
+    file_word,
+    spell_out,
+)
 
 
 @pytest.mark.parametrize(

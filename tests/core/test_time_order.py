@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
+from hefting.core.magnitudes import in_order
 from hefting.core.recording import Recording, Stream
-from hefting.core.time_order import in_order
 
 TIME = 0.01 * np.arange(500)
 

@@ -9,12 +9,12 @@ import trimesh
 from trimesh.transformations import rotation_matrix
 
 from hammers import NOISE, exact, noisy, shape
+from hefting.core.accuracy import errors_between
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, MotionNoise, Noise
 from hefting.core.messages import codes
-from hefting.core.metrics import errors_between
 from hefting.estimators import PMD, Bayes
 from hefting.estimators.bayes.mixture import INTERVAL_QUANTITIES
 from hefting.estimators.raw_motion import white_noise

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError, NotIdentifiableError
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, vec
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import GEO, LMI, PMD, cone, semidefinite
-from hefting.estimators.coordinates import vec
 from hefting.shapes import Shape
 from random_problems import random_body, random_motion, with_wrench
 from semidefinite_oracle import assert_optimal, case, geo_case, lowest

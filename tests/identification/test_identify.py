@@ -8,9 +8,9 @@ import pytest
 from benchmarks.clean import simulated
 
 from hammers import shape
+from hefting.core.accuracy import errors_between
 from hefting.core.measurements import Noise
 from hefting.core.messages import codes
-from hefting.core.metrics import errors_between
 from hefting.identification import identify
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 

@@ -14,8 +14,7 @@ from hefting.core.regressor import full_regressor
 from hefting.core.spatial import skew, vector_to_tensor
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import smooth
-from hefting.motion.state import Motion
-from hefting.motion.weighting import sample_weights
+from hefting.motion.state import Motion, sample_weights
 from motions import Truth, box, random_smooth, stop_and_go
 
 FORCE_NOISE, TORQUE_NOISE = 0.1, 0.005

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from hefting.cli import main
+from hefting.core.accuracy import errors_between
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements
 from hefting.core.messages import codes
-from hefting.core.metrics import errors_between
 from hefting.estimators import LMI, OLS, PMD
 from hefting.estimators.quadratic import least_squares
 from hefting.estimators.sample_state import SampleState

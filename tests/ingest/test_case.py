@@ -16,7 +16,7 @@ from hefting.ingest.rivals.case import (
     _averages,
     _high_frequency_noise,
 )
-from hefting.motion.weighting import sample_weights
+from hefting.motion.state import sample_weights
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from hefting.ingest.condition import (
 from hefting.ingest.drift import candidates
 from hefting.ingest.outliers import no_outliers
 from hefting.ingest.samples import Samples
-from hefting.motion.weighting import effect_of_acceleration_errors
+from hefting.motion.state import effect_of_acceleration_errors
 
 conditioning = import_module("hefting.ingest.condition")  # not the function
 GRAVITY = np.array(STANDARD_GRAVITY)

@@ -5,9 +5,9 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
+from hefting.core.accuracy import errors_between
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.metrics import errors_between
 from hefting.core.recording import Recording, Stream
 from hefting.estimators.bayes.mixture import _cholesky
 from hefting.identification import identify

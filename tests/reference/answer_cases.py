@@ -12,6 +12,7 @@ from hammers import shape
 from hefting.core.accuracy import Accuracy
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import fields_of
+from hefting.core.inertia import PARAMETERS_OF
 from hefting.core.mass_reading import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.undetermined import Undetermined
@@ -25,7 +26,6 @@ from hefting.estimators import (
     describe_methods,
     options,
 )
-from hefting.estimators.coordinates import PARAMETERS_OF
 from reference.held import biased, box, dynamic, few, slow
 
 READ_AGAIN = {"covariance", "intervals", "vector", "point_masses", "provenance"}

@@ -9,18 +9,17 @@ from scipy.spatial.transform import Rotation
 
 from hammers import noisy
 from hefting.core import regressor, spatial
-from hefting.core.accuracy import Accuracy
-from hefting.core.covariance import Covariance
+from hefting.core.accuracy import Accuracy, errors_between
 from hefting.core.estimate import com_jacobian
 from hefting.core.gravity import Gravity, normal_gravity
 from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Noise
-from hefting.core.metrics import errors_between
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.quantity import decimals, quantity, rounded
 from hefting.core.sensor_accuracy import SHEETS, SensorAccuracy
 from hefting.core.torque_moments import TorqueMoments, merged, pseudo_inverse_half
+from hefting.core.undetermined import Covariance
 from random_problems import random_body, random_motion, random_pose, with_wrench
 from torque_rows import folded, payload
 

@@ -10,14 +10,13 @@ from typing import Any, cast
 import numpy as np
 
 from hammers import shape
-from hefting.core.accuracy import Accuracy
+from hefting.core.accuracy import Accuracy, errors_between
 from hefting.core.errors import InputError
 from hefting.core.estimate_json import fields_of
 from hefting.core.gravity import Gravity
 from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Measurements
-from hefting.core.metrics import errors_between
 from hefting.core.quantity import quantity
 from hefting.core.recording import Recording, Stream
 from hefting.core.sensor_accuracy import SensorAccuracy

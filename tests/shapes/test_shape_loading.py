@@ -38,17 +38,7 @@ def test_a_binary_stl_is_read_as_trimesh_reads_it(tmp_path, name):
     assert np.array_equal(faces, other.faces)
 
 
-@pytest.mark.parametrize("name", SOLIDS)
-def test_a_binary_ply_is_read_as_trimesh_reads_it(tmp_path, name):
-    SOLIDS[name].export(tmp_path / "mesh.ply")
-    vertices, faces = read_mesh(tmp_path / "mesh.ply")
-    other = trimesh.load(tmp_path / "mesh.ply", process=False)
-    assert np.array_equal(vertices, other.vertices)
-    assert np.array_equal(faces, other.faces)
-
-
-def test_other_ply_meshes_are_left_to_trimesh(tmp_path):
-    """Four corners, text, more than triangles: what one record does not hold."""
+def test_ply_meshes_of_four_corners_and_in_text(tmp_path):
     corners = np.array(list(np.ndindex(2, 2, 2)), dtype="<f4")
     sides = [
         (0, 1, 3, 2),

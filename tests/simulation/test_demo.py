@@ -8,10 +8,10 @@ import sys
 import numpy as np
 import pytest
 
+from hefting.core.accuracy import errors_between
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.metrics import errors_between
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.identification import identify
 from hefting.shapes import Shape

@@ -16,8 +16,7 @@ from importlib import import_module
 from textwrap import wrap
 
 from hefting.cli.parser import WIDTH, Parser, did_you_mean, say
-from hefting.core.errors import HeftingError, InputError
-from hefting.core.plain_text import spell_out
+from hefting.core.errors import HeftingError, InputError, spell_out
 from hefting.core.threads import use_one_thread
 
 STATUS_STOPPED = 130

@@ -51,8 +51,8 @@ from hefting.request.settings import (
 )
 
 if TYPE_CHECKING:
+    from hefting.core.accuracy import Errors
     from hefting.core.estimate import Estimate
-    from hefting.core.metrics import Errors
     from hefting.core.recording import Recording
     from hefting.identification.compare import Comparison
     from hefting.identification.identify import Identification

@@ -11,13 +11,12 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from hefting.core.accuracy import Accuracy, Certificate
-from hefting.core.covariance import Covariance
 from hefting.core.errors import InputError, encodable, printable
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE, SMALLEST_MASS
 from hefting.core.messages import Level, Message, Severity, Verdict
 from hefting.core.spatial import Array, frozen
-from hefting.core.undetermined import Undetermined
+from hefting.core.undetermined import Covariance, Undetermined
 
 SCHEMA = "hefting.estimate/1"
 """Name and version of the form, under the key ``schema``."""

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError, check_number, nearest
-from hefting.core.magnitudes import LARGEST, LARGEST_TIME, SMALLEST_INTERVAL, too_large
+from hefting.core.magnitudes import (
+    LARGEST,
+    LARGEST_TIME,
+    SMALLEST_INTERVAL,
+    explain_times,
+    too_large,
+)
 from hefting.core.spatial import (
     CHUNK,
     WRENCH,
@@ -21,7 +27,6 @@ from hefting.core.spatial import (
     median,
     own,
 )
-from hefting.core.time_order import explain_times
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "position": ("px", "py", "pz"),

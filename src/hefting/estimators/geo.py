@@ -12,10 +12,9 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import IDENTITY, PARAMETERS_OF, InertialParameters, congruence
 from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
-from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies, ball_factor, body_factor

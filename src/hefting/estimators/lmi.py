@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import PARAMETERS_OF, InertialParameters, congruence, vec
 from hefting.core.spatial import Array, vector_to_tensor
 from hefting.estimators.base import (
     INVARIANCES,
@@ -17,7 +17,6 @@ from hefting.estimators.base import (
     require_samples,
     require_shape,
 )
-from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies, ball_factor

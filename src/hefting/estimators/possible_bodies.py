@@ -5,7 +5,7 @@ A member of the mixture is a body of 1 kg with the parameters phi = mean + F z, 
 standard normal. Its first column is the mass's, next to free; the others are
 
 - about a body of pseudo-inertia G G': phi(G (1 + sqrt(2 / nu) X) G'), X a symmetric
-  matrix of ten standard normal coordinates (`hefting.estimators.coordinates`). This is
+  matrix of ten standard normal coordinates (`hefting.core.inertia`). This is
   the Gaussian of the mean and covariance of a Wishart distribution of nu degrees of
   freedom, whose logarithm is that of GEO's entropic prior for gamma = nu - 5;
 - of densities in a shape: the prior of Bayes;
@@ -19,10 +19,9 @@ from typing import Self
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import IDENTITY, PARAMETERS_OF, InertialParameters, congruence
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.prior import MASS_STD, Prior, parallel_axis_slopes
-from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.shapes import Shape
 
 NEAR_BODY_FREEDOMS = {1000.0: 0.3, 200.0: 0.3, 50.0: 0.2, 12.0: 0.1, 3.0: 0.1}

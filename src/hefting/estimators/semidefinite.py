@@ -21,9 +21,9 @@ import numpy as np
 
 from hefting.core.accuracy import Certificate
 from hefting.core.immutable import immutable
+from hefting.core.inertia import DIAGONAL, IDENTITY, congruence, mat, vec
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
-from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, vec
 from hefting.estimators.quadratic import ScaledSVD
 
 SMALLEST_GAMMA = 1e-14

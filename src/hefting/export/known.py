@@ -18,11 +18,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, ascii_of
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import EMPTY_RUNS, subtracted_tool
 from hefting.core.messages import Message, warning
-from hefting.core.plain_text import ascii_of
 from hefting.core.spatial import Array
 from hefting.export.body import Body, HalfWidths
 from hefting.export.target import Target

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.covariance import Covariance
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import coded
@@ -20,6 +19,7 @@ from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.core.summary import Shown
+from hefting.core.undetermined import Covariance
 from hefting.estimators import LMI, OLS, Estimator, default_method
 from hefting.identification.checks import with_diagnostics
 from hefting.identification.estimator import estimator_of, known_of

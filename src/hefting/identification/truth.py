@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hefting.core.accuracy import Errors, errors_between
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import SCHEMA
@@ -13,7 +14,6 @@ from hefting.core.files import read_json
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, check_magnitude
-from hefting.core.metrics import Errors, errors_between
 from hefting.core.spatial import Array
 from hefting.shapes import Shape
 

@@ -47,7 +47,7 @@ from hefting.ingest.uncertainty import estimate_uncertainty
 from hefting.ingest.weights import may_be_acceleration
 from hefting.motion import smooth_poses
 from hefting.motion.measure import Source
-from hefting.motion.weighting import effect_of_acceleration_errors
+from hefting.motion.state import effect_of_acceleration_errors
 
 MOST_FITTED_SAMPLES = 100_000
 """Largest number of samples that are fitted directly; of longer recordings block

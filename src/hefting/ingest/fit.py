@@ -16,7 +16,7 @@ from hefting.core.spatial import Array, Mask, interpolated, median, squared_leng
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Layout, Model, Problem, Solution, solve, tilt_gravity
 from hefting.ingest.path import Reading
-from hefting.motion.weighting import effect_of_acceleration_errors, samples_per_error
+from hefting.motion.state import effect_of_acceleration_errors, samples_per_error
 
 STUDENT_DEGREES_OF_FREEDOM = 3.0
 """Degrees of freedom of the Student t distribution assumed for a sample's residual in a

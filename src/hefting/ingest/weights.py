@@ -11,8 +11,7 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array, lengths
 from hefting.estimators.raw_motion import white_motion_noise, white_noise
 from hefting.ingest.conditioned import Conditioned
 from hefting.motion import Measured
-from hefting.motion.state import Motion
-from hefting.motion.weighting import sample_weights
+from hefting.motion.state import Motion, sample_weights
 
 REACH = 1.0
 """[m] Largest distance to its axis of a sensor of unknown position that only turns."""

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, file_word
 from hefting.core.estimate import Answered, Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
-from hefting.core.plain_text import file_word
 from hefting.core.recording import Recording
 from hefting.core.spatial import SPEED_LIMIT, Array, angle_between, check_gravity
 from hefting.ingest.conditioned import Conditioned

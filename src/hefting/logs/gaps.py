@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError
+from hefting.core.magnitudes import ROUNDED_SHARE
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Stream
 from hefting.core.spatial import Mask, lengths
-from hefting.core.time_order import ROUNDED_SHARE
 
 FEW = 0.2
 """Largest share of incomplete samples of a group of columns; more are an error."""

@@ -4,8 +4,7 @@ sensor, with their errors."""
 from hefting.motion.inertial import Curves, smooth_poses
 from hefting.motion.measure import Measured, measure
 from hefting.motion.spline import SmoothedPoses, fit_poses, smooth
-from hefting.motion.state import Motion
-from hefting.motion.weighting import sample_weights
+from hefting.motion.state import Motion, sample_weights
 
 __all__ = [
     "Curves",

@@ -6,10 +6,10 @@ from collections import Counter
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.magnitudes import in_order
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
-from hefting.core.time_order import in_order
 from hefting.logs.growing import Growing
 from hefting.logs.sensor_pose import with_given_sensor_pose
 from hefting.online.samples import Samples, arrays_of, joined, possible

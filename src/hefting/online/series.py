@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hefting.core.magnitudes import SMALLEST_INTERVAL
+from hefting.core.magnitudes import SMALLEST_INTERVAL, in_order
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
-from hefting.core.time_order import in_order
 from hefting.ingest.unmeasured import FEWEST_REPEATED, stalled
 
 BIN = 0.005

@@ -12,7 +12,7 @@ import numpy as np
 
 from hefting.batches.batch import Batch, duration, headline
 from hefting.batches.summary import Outlier, Reason, Summary
-from hefting.core.plain_text import file_word
+from hefting.core.errors import file_word
 from hefting.page import Context, command
 from hefting.page.answer import WORDS, Say
 from hefting.page.figure import histogram

@@ -4,7 +4,6 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.covariance import Covariance
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, doubts_of
 from hefting.core.estimate_json import subtracted_tool
@@ -12,6 +11,7 @@ from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message, note
 from hefting.core.spatial import Array, frozen
+from hefting.core.undetermined import Covariance
 from hefting.estimators import Bayes
 from hefting.shapes import Shape
 from hefting.shapes.solid import corners_between

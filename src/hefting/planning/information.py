@@ -78,7 +78,7 @@ def expected_wrench(x: Array, vector: Array) -> Array:
 def noise_covariance(noise: Noise, motion: MotionNoise, vector: Array, rate: float):
     """(6, 6) effective covariance of a sample at `rate` [Hz]: of the wrench's noise, and
     of the accelerations' errors times the number of samples over which these persist
-    (`hefting.motion.weighting`)."""
+    (`hefting.motion.state`)."""
     E = np.einsum("aip,p->ia", EFFECTS[:6], vector)
     squares = np.repeat((motion.linear**2, motion.angular**2), 3)
     lasting = max(motion.memory * rate, 1.0)

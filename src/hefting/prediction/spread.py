@@ -3,14 +3,13 @@ covariance C, which gives A C A', by errors of the motion, and by the sensor."""
 
 import numpy as np
 
-from hefting.core.covariance import Covariance
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import CHUNK, Array
+from hefting.core.undetermined import Covariance
 from hefting.motion import Motion
-from hefting.motion.state import acceleration_variances
-from hefting.motion.weighting import effect_of_acceleration_errors
+from hefting.motion.state import acceleration_variances, effect_of_acceleration_errors
 
 
 def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:

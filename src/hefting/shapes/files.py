@@ -153,7 +153,7 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
     if not data.startswith(b"ply") or _ply_body(data) == 0:
         raise InputError("not a PLY file", path, fix)
     try:
-        form, elements, start = read_ply_header(data)
+        form, elements, start = _read_ply_header(data)
         _check_vertices(elements[0])
         _, count, properties = elements[0]
         if count * len(properties) > MAX_NUMBERS:
@@ -197,7 +197,7 @@ def _ply_body(data: bytes) -> int:
     return 0 if end < 0 else data.find(b"\n", end) + 1
 
 
-def read_ply_header(data: bytes) -> tuple[str, list[PlyElement], int]:
+def _read_ply_header(data: bytes) -> tuple[str, list[PlyElement], int]:
     """Format, elements (name, number, properties with their types) and length of the
     header of a PLY file.
 

@@ -14,12 +14,10 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.shapes.files import (
     MAX_LINE,
-    PLY_ORDERS,
     check_count,
     check_glb,
     check_text,
     read_bytes,
-    read_ply_header,
     read_ply_vertices,
 )
 
@@ -50,8 +48,6 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     suffix, data = read_bytes(path, MESH_SUFFIXES, "a mesh")
     if suffix == ".stl" and _is_binary_stl(data):
         return _binary_stl(data, path)
-    if suffix == ".ply" and (mesh := _binary_ply(data, path)) is not None:
-        return mesh
     if suffix != ".glb":
         check_text(data, path)
     try:
@@ -138,36 +134,6 @@ def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
     with np.errstate(invalid="ignore"):  # values that are not finite are refused later
         vertices = triangles["corners"].astype(float).reshape(-1, 3)
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
-
-
-def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | None:
-    """Vertices and faces of a complete binary PLY file that has nothing but vertices and
-    triangles; None for any other."""
-    try:
-        form, ((vertex, count, properties), (face, number, entries)), start = (
-            read_ply_header(data)
-        )
-        order = PLY_ORDERS[form]
-        points = np.dtype([(name, order + kind) for name, kind in properties])  # type: ignore[operator]
-        ((corners, (length, index)),) = entries
-        triangle = np.dtype([("count", order + length), ("corners", order + index, 3)])
-    except (ValueError, KeyError, IndexError, TypeError):
-        return None
-    if corners not in ("vertex_indices", "vertex_index") or index[0] == "f":
-        return None
-    if (vertex, face) != ("vertex", "face") or min(count, number) < 1:
-        return None
-    if len(data) != start + count * points.itemsize + number * triangle.itemsize:
-        return None
-    faces = np.frombuffer(data, triangle, number, start + count * points.itemsize)
-    all_triangles = (faces["count"] == 3).all()
-    if not {"x", "y", "z"} <= set(points.names or ()) or not all_triangles:
-        return None
-    _check_faces(number, path)
-    table = np.frombuffer(data, points, count, start)
-    with np.errstate(invalid="ignore"):  # values that are not finite are refused later
-        vertices = np.column_stack([table[axis] for axis in "xyz"]).astype(float)
-    return vertices, faces["corners"].astype(np.int64)
 
 
 def _check_faces(count: int, path: str | Path) -> None:

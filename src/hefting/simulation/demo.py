@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from hefting.core.accuracy import Errors, errors_between
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.files import write_atomically
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS
-from hefting.core.metrics import Errors, errors_between
 from hefting.export import export
 from hefting.identification import identify
 from hefting.logs import write_log

@@ -20,7 +20,7 @@ from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, tensor_to_v
 from hefting.core.summary import samples_told, sign_told
 
 if TYPE_CHECKING:
-    from hefting.core.metrics import Errors
+    from hefting.core.accuracy import Errors
 
 AXES = "xyz"
 MORE = "--verbose shows what was found, assumed and checked"

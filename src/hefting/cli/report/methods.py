@@ -22,9 +22,9 @@ from hefting.identification.agreement import QUANTITIES, Agreement
 from hefting.ingest.plausibility import UNEXPLAINED_RESIDUAL_RATIO
 
 if TYPE_CHECKING:
+    from hefting.core.accuracy import Errors
     from hefting.core.estimate import Estimate
     from hefting.core.inertia import InertialParameters
-    from hefting.core.metrics import Errors
     from hefting.identification.compare import Comparison
 
 METHODS_MORE = "--verbose shows their sources, and what they do not depend on"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from hefting.cli.parser import wrote
 
 if TYPE_CHECKING:
+    from hefting.core.accuracy import Errors
     from hefting.core.estimate import Estimate
     from hefting.core.inertia import InertialParameters
-    from hefting.core.metrics import Errors
     from hefting.export import Exported
     from hefting.identification.compare import Comparison
 

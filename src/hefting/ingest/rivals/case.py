@@ -14,8 +14,11 @@ from hefting.ingest.blocks import Blocks
 from hefting.ingest.channels import rounding_error
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path
-from hefting.motion.state import acceleration_variances
-from hefting.motion.weighting import excess_variance, samples_per_error
+from hefting.motion.state import (
+    acceleration_variances,
+    excess_variance,
+    samples_per_error,
+)
 
 MOST_BLOCKS = 250
 """Largest number of averages of the wrench on which explanations are compared."""
@@ -95,7 +98,7 @@ class Case:
     """times (B,) [s] and wrenches (B, 6) of the first averages, without gaps"""
     worth: Array
     """(K,) weight of each average by all errors of the logged motion, as in
-    `hefting.motion.weighting`; the same for all explanations"""
+    `hefting.motion.state`; the same for all explanations"""
     sensor_errors: float = TYPICAL_SHARE
     """of the sensor that are no mistake, as a share of its ranges"""
     few_offsets: tuple[float, ...] = ()
