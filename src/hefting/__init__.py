@@ -30,7 +30,7 @@ _HOME = {
     "parse_pose": "shapes",
     "Estimate": "core.estimate",
     "Certificate": "core.estimate",
-    "errors_between": "core.metrics",
+    "errors_between": "core.accuracy",
     "Gravity": "core.gravity",
     "SensorAccuracy": "core.sensor_accuracy",
     "MassReading": "core.mass_reading",
