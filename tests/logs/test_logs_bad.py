@@ -299,7 +299,7 @@ def test_writing_says_where_it_cannot(tmp_path):
             "log.tdms",
             "(hefting.as_recording(nptdms.TdmsFile(path).groups()[0].as_dataframe()), 'log.csv')",
         ),
-        ("log.pkl", "is a pickle; in Python"),
+        ("log.pkl", "is a pickle, which may run code; in Python"),
     ],
 )
 def test_files_of_other_kinds_say_what_to_do(tmp_path, name, said):

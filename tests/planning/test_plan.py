@@ -228,7 +228,7 @@ def test_a_start_that_touches_is_refused(bench):
         ({"duration": "5"}, "`duration` is '5', not a number of seconds"),
         ({"speed": None}, "`speed` is 'None', not a number of m/s"),
         ({"rate": [100.0]}, "not a number of Hz"),
-        ({"seed": "first"}, "not a number of 0 or more"),
+        ({"seed": "first"}, "not a number"),
         ({"rate": 0.0}, "0 Hz"),
         ({"effort": "most"}, "effort"),
         ({"until": "mass=1%", "stop_and_go": True, "duration": 1.0}, "plan for longer"),

@@ -126,11 +126,11 @@ class NeedError(InputError):
     """
 
 
-def check_number(name: str, value: object, of: str, where: object = None) -> None:
-    """`InputError` for a value that is no number, `of` seconds, say."""
+def check_number(name: str, value: object, unit: str, where: object = None) -> None:
+    """`InputError` for a value that is no number; `unit` in words, if it has one."""
     if not isinstance(value, Real):
-        what = f"{name} is {str(value)[:40]!r}, not a number of {of}"
-        raise InputError(what, where)
+        of = f" of {unit}" if unit else ""
+        raise InputError(f"{name} is {str(value)[:40]!r}, not a number{of}", where)
 
 
 def nearest(name: str, choices: Iterable[str]) -> str:

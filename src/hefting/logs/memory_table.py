@@ -66,8 +66,8 @@ class MemoryTable:
 
         An array ``ft`` (K, 6) becomes columns ``ft_0`` to ``ft_5``, ``pose`` (K, 4, 4)
         columns ``pose_0`` to ``pose_15``, row by row; ``q`` in a dictionary ``robot``
-        columns ``robot.q_0``, ... . K is the most frequent length of an axis of numbers; an array
-        (6, K) is transposed.
+        columns ``robot.q_0``, ... . K is the most frequent length of an axis of numbers;
+        an array (6, K) is transposed.
         """
         flat = dict(_flat(arrays))
         lengths = Counter(

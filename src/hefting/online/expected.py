@@ -77,8 +77,8 @@ class Deviation:
     """d' cov(d)^-1 d over the scale of the noise, as errors that make the noise coloured,
     such as hysteresis, are larger in samples that were not fitted"""
     misfit: float
-    """root mean square of the residuals of a fit of another body, over the noise and
-    `ACCELERATION_ERROR`"""
+    """root mean square of the residuals of a fit of another body, over the noise and what
+    `ACCELERATION_ERROR` makes of the deviation"""
 
 
 @immutable

@@ -286,7 +286,7 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
     check_number("`duration`", duration, "seconds")
     check_number("`speed`", speed, "m/s")
     check_number("`rate`", rate, "Hz")
-    check_number("`seed`", seed, "0 or more")
+    check_number("`seed`", seed, "")
     if not SHORTEST <= duration <= LONGEST:
         what = f"a plan of {duration:g} s is not of {SHORTEST:g} to {LONGEST:g} s"
         raise InputError(what, fix="give another `duration`")
