@@ -129,8 +129,9 @@ def assign(cells: Cells) -> Assignment | None:
     if len(intervals) > max(MOST_INTERVALS, np.ptp(cells.time) / SHORTEST_MEAN):
         return None
     model = JointModel(cells, intervals)
-    each = [JointModel(cells, [i], drift=1).fit([0]) for i in intervals]
-    variances = np.array([fit.variance for fit in each])
+    constant, places = JointModel(cells, intervals, drift=1), range(len(intervals))
+    each = [[0 if k == i else NO_BODY for k in places] for i in places]
+    variances = np.array([constant.fit(labels).variance for labels in each])
     long = model.lengths >= FEWEST_CELLS_OF_REFERENCE
     least = variances.max(axis=1)[long].min() if long.any() else 1.0
     reference = max(float(least), 1.0)
