@@ -19,6 +19,7 @@ from hefting.batches.content import hash_of
 from hefting.batches.one import row_of
 from hefting.batches.recordings import Entry
 from hefting.batches.results import TABLE, Results
+from hefting.batches.summary import Reasons
 from hefting.core import files
 from hefting.core.errors import HeftingError, InputError
 from hefting.request.request import check_request, request_of
@@ -403,3 +404,19 @@ def test_arguments_that_cannot_be_used(tmp_path):
     (tmp_path / "file").write_text("x")
     with pytest.raises(InputError, match="cannot be made"):
         batch(data.whole, tmp_path / "file")
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        ("runs/t", "holds a torque, at 3 s"),
+        ("runs/t.csv", "holds a torque, at 3 s, as ... does"),
+    ],
+)
+def test_a_failure_is_said_without_the_path_of_its_recording(path, said):
+    """A folder's name may be part of any word."""
+    failure = {"error": "InputError", "error_text": f"{path}: {said}"}
+    failure["error_text"] = failure["error_text"].replace("...", Path(path).name)
+    reasons = Reasons()
+    reasons.add(failure, path, path)
+    assert reasons.sorted()[0].text == said

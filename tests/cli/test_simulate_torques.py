@@ -50,6 +50,14 @@ def test_the_runs_differ_and_the_same_seed_gives_the_same(run, tmp_path, monkeyp
     assert loaded.start - empty.start == pytest.approx(60.0)  # the same switching on
 
 
+def test_both_runs_may_be_folders_of_bags(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = ("--torques", "--duration", "2", "--rate", "50")
+    assert run("simulate", "held", *words)[0] == 0
+    names = {"held", "held-empty", "held.urdf", "held.truth.json"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+
+
 @pytest.mark.parametrize(
     ("words", "what"),
     [

@@ -83,7 +83,9 @@ def _without_path(text: str, recording: str | None) -> str:
     """A text with "..." for the recording's path or file name, and without these where
     they come first."""
     for path in filter(None, (recording, Path(recording or "").name)):
-        text = text.replace(path, "...")
+        place = rf"(?<!\w){re.escape(path)}(?!\w)"
+        # the name of a folder may be a word of the text
+        text = re.sub(place if "." in path else f"^{place}", "...", text)
     return re.sub(r"^\.\.\.[^:]*: ", "", text)
 
 

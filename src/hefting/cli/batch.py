@@ -40,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from hefting.estimators import default_method
 
     parser.add_argument(
+        "-o",
         "--output",
         metavar="FOLDER",
         required=True,

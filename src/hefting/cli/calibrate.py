@@ -37,6 +37,7 @@ EXAMPLES = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting calibrate``."""
     parser.add_argument(
+        "-o",
         "--output",
         metavar="FILE.json",
         required=True,

@@ -14,6 +14,7 @@ EXAMPLES = ("hefting demo", "hefting demo --output /tmp/hammer")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting demo``."""
     parser.add_argument(
+        "-o",
         "--output",
         metavar="FOLDER",
         default="demo",

@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_export(parser)
     add_shape(parser.add_argument_group("the object's shape, for --fill-inertia shape"))
     parser.add_argument(
-        "--output", metavar="FILE", help="write there instead of printing"
+        "-o", "--output", metavar="FILE", help="write there instead of printing"
     )
 
 

@@ -71,7 +71,7 @@ def add_output(
 ) -> None:
     """Option on files to write."""
     action = parser.add_argument(
-        "--output", metavar="FILE", action="append", default=[]
+        "-o", "--output", metavar="FILE", action="append", default=[]
     )
     # argparse formats help with the attributes of the action, from 3.14 on when it is
     # added, too

@@ -64,7 +64,8 @@ class Parser(argparse.ArgumentParser):
         """As `argparse`, but the command itself reports surplus arguments."""
         found, rest = super().parse_known_args(args, namespace)
         if rest:
-            self.error(f"too many arguments: {' '.join(rest)[:80]}")
+            what = "unknown option" if rest[0][0] == "-" else "too many arguments:"
+            self.error(f"{what} {' '.join(rest)[:80]}")
         return found, rest
 
     def format_help(self) -> str:
@@ -77,6 +78,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise `message` as an `InputError`."""
+        message = re.sub(r"-\w/--", "--", message)  # an option by its long name alone
         for pattern, wording in WORDINGS:
             if match := re.fullmatch(pattern, message):
                 message = match.expand(wording)

@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_workers(parser)
     parser.add_argument(
+        "-o",
         "--output",
         metavar="FOLDER",
         default="reproduction",

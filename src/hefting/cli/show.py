@@ -52,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="draw the COM of this estimate as well (JSON)",
     )
     results.add_argument(
+        "-o",
         "--output",
         metavar="FILE",
         default=DEFAULT,
