@@ -415,6 +415,25 @@ def test_beside_a_tool_the_longest_stretch_with_an_object_is_chosen():
     assert "`duration` 8.00 (the tool alone)" in change_warnings(found, chosen=True)[1]
 
 
+@pytest.mark.parametrize(("mass", "said"), [(0.25, True), (0.04, False)])
+def test_a_gripper_that_the_recording_shows_empty_is_said_to_be_included(mass, said):
+    """Below 5 % of what is held it may be the sensor's error."""
+    com = np.array((0.0, 0.0, 0.05))
+    short = Stretch(0.0, 3.0, mass, com, "picked-up", bare=True)
+    held = Stretch(3.2, 12.0, 1.0, com, "put-down", bare=False)
+    bare = Stretch(12.2, 17.0, mass, com, None, bare=True)
+    found = Changes((short, held, bare), (), 17.0)
+    _, used = change_warnings(found, chosen=True)
+    advice = (
+        f"; the gripper of {mass} kg is included: to leave it out, calibrate it on "
+        "`start` 12.20 `duration` 4.80, and give that as `tool`"
+    )
+    assert (advice in used) == ("gripper" in used) == said
+    subtracted = found.beside(body(mass))
+    assert "included" not in change_warnings(subtracted, chosen=True)[1]
+    assert "included" not in change_warnings(Changes((bare,), (), 17.0), chosen=True)[0]
+
+
 def test_messages_name_times_kinds_and_what_to_give():
     one = Stretch(0.0, 4.0, 1.0, np.array((0.0, 0.01, 0.02)), "swapped", bare=False)
     other = Stretch(4.2, 9.0, 2.0, None, None, bare=False)

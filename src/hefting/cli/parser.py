@@ -45,6 +45,11 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
         """The commands, indented as options are."""
         yield from getattr(action, "_get_subactions", tuple)()
 
+    def _format_action_invocation(self, action: argparse.Action) -> str:
+        """An option's value once, behind its names, as of Python 3.13."""
+        text = super()._format_action_invocation(action)
+        return re.sub(r"^(-\w) .*, --", r"\1, --", text)
+
     def _format_action(self, action: argparse.Action) -> str:
         commands = list(self._iter_indented_subactions(action))
         if commands:

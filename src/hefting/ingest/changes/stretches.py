@@ -204,6 +204,13 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
         return [*said, error("change-left-in", what, "start")]
     used = changes.chosen
     what = f"only {used.start:.2f} to {used.end:.2f} s is used; parts to choose from: {parts}"
+    bare = [stretch for stretch in changes.stretches if stretch.bare]
+    empty = max(bare, key=lambda stretch: stretch.duration, default=None)
+    if empty and not used.bare and empty.mass > SAME_MASS_SHARE * used.mass:
+        what += (
+            f"; the gripper of {empty.mass:.3g} kg is included: to leave it out, "
+            f"calibrate it on {_span(empty)}, and give that as `tool`"
+        )
     return [*said, warning("change-part-used", what, "start")]
 
 
@@ -247,6 +254,11 @@ def _part(stretch: Stretch) -> str:
     com, held = stretch.center_of_mass, f"{stretch.mass:.3g} kg"
     if com is not None:
         held += f", COM ({', '.join(f'{1e3 * x:.0f}' for x in com)}) mm"
-    if stretch.bare and stretch.mass == 0.0:
-        held = "the tool alone"
-    return f"`start` {stretch.start:.2f} `duration` {stretch.duration:.2f} ({held})"
+    elif stretch.bare:
+        held = "the tool alone" if stretch.mass == 0.0 else "nothing"
+    return f"{_span(stretch)} ({held})"
+
+
+def _span(stretch: Stretch) -> str:
+    """A stretch as arguments."""
+    return f"`start` {stretch.start:.2f} `duration` {stretch.duration:.2f}"
