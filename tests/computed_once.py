@@ -14,7 +14,7 @@ SMOOTHING = "hefting.motion.inertial", "fit_poses"
 """What `hefting.motion.smooth_poses` calls of poses."""
 CONDITIONING = "hefting.ingest.ingest", "condition"
 """What `hefting.ingest.ingest` calls of a recording."""
-INGESTING = "hefting.ingest.several", "ingest"
+INGESTING = "hefting.ingest.joint", "ingest"
 """What `hefting.identify` calls of a recording."""
 OF_RUNS = (
     ("hefting.identification.by_torques", "samples_of"),

@@ -18,8 +18,7 @@ from hefting.estimators import METHODS, OLS
 from hefting.identification.compare import compare
 from hefting.identification.contradictions import contradictions
 from hefting.identification.estimator import known_of
-from hefting.ingest.joint import JointIngested
-from hefting.ingest.several import ingest_all, names_of
+from hefting.ingest.joint import JointIngested, ingest_all, names_of
 from hefting.shapes import Shape
 from hefting.simulation import UR5, random_smooth, simulate
 

@@ -15,10 +15,11 @@ from hefting.ingest.joint import (
     _mean_noise,
     _merged_messages,
     _weighed,
+    ingest_all,
+    names_of,
     together,
 )
 from hefting.ingest.rivals.consequence import Doubt
-from hefting.ingest.several import ingest_all, names_of
 from hefting.ingest.systematic import common_errors
 
 

@@ -17,8 +17,8 @@ from hefting.ingest import condition
 from hefting.ingest.bias import tare
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
+from hefting.ingest.joint import ingest_all
 from hefting.ingest.plausibility import com_warnings
-from hefting.ingest.several import ingest_all
 from hefting.ingest.systematic import offset_error
 from hefting.ingest.unmeasured import without_faulty_poses
 from hefting.shapes import Shape

@@ -31,8 +31,8 @@ from hefting.estimators import (
 )
 from hefting.ingest.bias import tare
 from hefting.ingest.ingest import ingest
+from hefting.ingest.joint import ingest_all
 from hefting.ingest.plausibility import require_object
-from hefting.ingest.several import ingest_all
 from hefting.shapes import Shape
 from reference.held import dynamic, few, slow
 from reference.recorded import (

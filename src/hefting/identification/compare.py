@@ -29,8 +29,8 @@ from hefting.identification.estimator import estimator_for
 from hefting.identification.identify import Answer
 from hefting.identification.run import run, understand
 from hefting.ingest.ingest import Ingested
+from hefting.ingest.joint import Log
 from hefting.ingest.plausibility import require_object
-from hefting.ingest.several import Log
 from hefting.shapes import Shape
 
 MISFIT = 100.0

@@ -32,8 +32,7 @@ from hefting.identification.estimator import (
 from hefting.identification.identify import Identification, identify_understood
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.joint import joint
-from hefting.ingest.several import Log, names_of, what_others_tell
+from hefting.ingest.joint import Log, joint, names_of, what_others_tell
 from hefting.shapes import Shape
 
 __all__ = ["condense", "identify_parts", "what_others_tell"]

@@ -16,8 +16,7 @@ from hefting.estimators.joint_state import State
 from hefting.identification.contradictions import with_contradictions
 from hefting.identification.estimator import out_of_order, state_of, taken
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.joint import JointIngested, together, with_samples
-from hefting.ingest.several import Log, ingest_all
+from hefting.ingest.joint import JointIngested, Log, ingest_all, together, with_samples
 
 SAMPLES_BEFORE_FIRST_CHECK = 50
 """Number of samples before the first estimate; static poses are checked from the first

@@ -29,14 +29,13 @@ from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.identifiability import identifiability
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.joint import joint
+from hefting.ingest.joint import joint, what_others_tell
 from hefting.ingest.plausibility import (
     holds_nothing,
     mistake_in,
     named_instead,
     require_object,
 )
-from hefting.ingest.several import what_others_tell
 from hefting.ingest.weights import weights_by_motion
 from hefting.motion.kalman import PoseFilter
 from hefting.online.expected import Expected
