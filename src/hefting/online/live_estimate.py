@@ -157,7 +157,7 @@ def final_estimate(
     if doubted and _is_empty(understood.measurements, before):
         return _of_object_before(last, since)
     if since is not None:
-        what = f"the final answer is of object {last.object}, held from {start:.3f} s on: `start`"
+        what = f"the final answer is of object {last.object} alone, as with `start`={start:.3f}"
         messages = (*messages, note("live-part-used", what, "start"))
     empty = "nothing-held" in codes(estimate.warnings)
     state = "nothing held" if empty else state_of(estimate)
