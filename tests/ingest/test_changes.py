@@ -423,10 +423,11 @@ def test_a_gripper_that_the_recording_shows_empty_is_said_to_be_included(mass, s
     held = Stretch(3.2, 12.0, 1.0, com, "put-down", bare=False)
     bare = Stretch(12.2, 17.0, mass, com, None, bare=True)
     found = Changes((short, held, bare), (), 17.0)
+    assert found.gripper is (bare if said else None)
     _, used = change_warnings(found, chosen=True)
     advice = (
-        f"; the gripper of {mass} kg is included: to leave it out, calibrate it on "
-        "`start` 12.20 `duration` 4.80, and give that as `tool`"
+        f"; the gripper of {mass} kg is included: to leave it out, calibrate it, by this "
+        "recording too, and give that as `tool`"
     )
     assert (advice in used) == ("gripper" in used) == said
     subtracted = found.beside(body(mass))

@@ -180,6 +180,27 @@ def test_what_calibrate_keeps(tmp_path):
     assert again.provenance["noise"]["torque"] == pytest.approx(NOISE.torque, rel=0.2)
 
 
+def test_one_recording_of_a_pick_and_a_placing_shows_gripper_and_object():
+    """15 s, of which it holds 1 kg beside the gripper for 5 s."""
+    heavy = InertialParameters(GRIPPER.vector + 4.0 * OBJECT.vector)
+    empty, both = (log(body, 15.0, 5).streams["wrench"] for body in (GRIPPER, heavy))
+    held = (empty.time > 5.0) & (empty.time < 10.0)
+    wrench = np.where(held[:, None], both.values, empty.values)
+    whole = log(GRIPPER, 15.0, 5)
+    streams = whole.streams | {"wrench": replace(empty, values=wrench)}
+    whole = replace(whole, streams=streams)
+    tool = calibrate(whole)
+    low, high = tool.interval("mass")
+    assert low < GRIPPER.mass < high
+    assert high - low < 0.05
+    (said,) = (m for m in tool.warnings if "where the gripper is empty" in m)
+    assert said.code == "change-part-used"
+    found = identify(whole, tool=tool, bias="estimate", method="OLS").estimate
+    low, high = found.interval("mass")
+    assert low < 1.0 < high
+    assert high - low < 0.1
+
+
 def test_warnings_and_refusals(tmp_path):
     tool = calibrate(log(GRIPPER, 10.0, 1))
     vague = replace(tool, covariance=None, method="PMD")

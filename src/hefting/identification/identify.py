@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -151,7 +152,8 @@ def calibrate(
     wrench's bias, and its noise; `sensor_accuracy` is that of the sensor.
 
     By ten-parameter least squares, whose lack of a prior avoids a bias of the object's
-    estimate. The wrench's bias is in ``Estimate.bias``, the noise levels in
+    estimate. Of a recording in which an object is picked up or placed, the longest part
+    with an empty gripper is used. The wrench's bias is in ``Estimate.bias``, the noise levels in
     ``provenance["noise"]``. Errors as for `identify`; `NotIdentifiableError` also if the
     motion leaves the COM open.
 
@@ -175,9 +177,16 @@ def calibration(
 ) -> Identification:
     """The estimate of `calibrate`, with the measurements it was made from; arguments
     and errors as there."""
-    found = ingest(
-        recording, gravity=gravity, bias="estimate", accuracy=sensor_accuracy
+    how = partial(
+        ingest, recording, gravity=gravity, bias="estimate", accuracy=sensor_accuracy
     )
+    found = how()
+    empty = None if found.changes is None else found.changes.gripper
+    if empty is not None:
+        found = how(start=empty.start, duration=empty.duration)
+        what = f"only {empty.start:.2f} to {empty.end:.2f} s is used, where the gripper is empty"
+        part = warning("change-part-used", what, "start")
+        found = replace(found, warnings=(part, *found.warnings))
     require_object(found, None)
     settings = OLS.settings(known_of(found, None))
     estimator = OLS(**settings, sensor_accuracy=sensor_accuracy)

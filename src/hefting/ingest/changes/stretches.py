@@ -104,6 +104,15 @@ class Changes:
         return max(held or self.stretches, key=lambda stretch: stretch.duration)
 
     @property
+    def gripper(self) -> Stretch | None:
+        """The longest stretch of a bare gripper whose mass shows beside the object's that
+        is in the chosen one."""
+        used, bare = self.chosen, [s for s in self.stretches if s.bare]
+        longest = max(bare, key=lambda stretch: stretch.duration, default=used)
+        shows = longest.mass > SAME_MASS_SHARE * used.mass
+        return longest if shows and not used.bare and longest.bare else None
+
+    @property
     def touched(self) -> float:
         """[s] Total time in which no body explains the wrench."""
         return float(np.sum([t.end - t.start for t in self.touches]))
@@ -204,12 +213,10 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
         return [*said, error("change-left-in", what, "start")]
     used = changes.chosen
     what = f"only {used.start:.2f} to {used.end:.2f} s is used; parts to choose from: {parts}"
-    bare = [stretch for stretch in changes.stretches if stretch.bare]
-    empty = max(bare, key=lambda stretch: stretch.duration, default=None)
-    if empty and not used.bare and empty.mass > SAME_MASS_SHARE * used.mass:
+    if changes.gripper is not None:
         what += (
-            f"; the gripper of {empty.mass:.3g} kg is included: to leave it out, "
-            f"calibrate it on {_span(empty)}, and give that as `tool`"
+            f"; the gripper of {changes.gripper.mass:.3g} kg is included: to leave it out, "
+            "calibrate it, by this recording too, and give that as `tool`"
         )
     return [*said, warning("change-part-used", what, "start")]
 
@@ -256,9 +263,4 @@ def _part(stretch: Stretch) -> str:
         held += f", COM ({', '.join(f'{1e3 * x:.0f}' for x in com)}) mm"
     elif stretch.bare:
         held = "the tool alone" if stretch.mass == 0.0 else "nothing"
-    return f"{_span(stretch)} ({held})"
-
-
-def _span(stretch: Stretch) -> str:
-    """A stretch as arguments."""
-    return f"`start` {stretch.start:.2f} `duration` {stretch.duration:.2f}"
+    return f"`start` {stretch.start:.2f} `duration` {stretch.duration:.2f} ({held})"
