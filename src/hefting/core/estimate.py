@@ -301,7 +301,7 @@ class Estimate(Shown):
         Raises `InputError` when the file cannot be read, is no estimate, or holds
         numbers that do not fit.
         """
-        fix = "write an estimate with hefting identify --output FILE.json"
+        fix = "write an estimate with hefting identify or calibrate, --output FILE.json"
         content: Any = read_json(path, fix)
         data = cast(dict[str, Any], content) if isinstance(content, dict) else {}
         data = recommended_of(data)
