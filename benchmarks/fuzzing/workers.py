@@ -17,6 +17,10 @@ from typing import Any
 MEMORY = 2 * 2**30
 """Most memory of a worker [bytes]."""
 
+FILES_OF_A_PROCESS = 5000
+"""Number of files after which a worker is replaced: what libraries in C map and do not
+give back adds up, and counts as memory."""
+
 LONGEST = 10.0
 """Most processor time for one file [s]."""
 
@@ -98,6 +102,7 @@ class Fuzzer:
     run: Run | None = None
     """by default `run_case`"""
     longest: float = LONGEST
+    most_files: int = FILES_OF_A_PROCESS
 
     def outcomes(
         self, jobs: list[Job], count: int = 1
@@ -180,7 +185,7 @@ def _work(connection: Connection, jobs: list[Job], fuzzer: Fuzzer) -> None:
     _limit_memory()
     place = Path(tempfile.mkdtemp(dir=folder))
     os.dup2(os.open(place.with_suffix(".err"), os.O_CREAT | os.O_WRONLY), 2)
-    for name, index in jobs:
+    for name, index in jobs[: fuzzer.most_files]:
         connection.send(None)
         began = time.monotonic()
         said = os.fstat(2).st_size

@@ -142,10 +142,11 @@ def test_mutations_change_what_they_are_given():
 
 
 def test_hangs_memory_and_ends_of_processes_are_found(tmp_path):
-    """Each ends the job and no other; what comes after is run by another process. One
-    that waits is found after 1.5 s by the clock; the others take none of that."""
+    """Each ends the job and no other; what comes after is run by another process, as it
+    is after two files. One that waits is found after 1.5 s by the clock; the others take
+    none of that."""
     (tmp_path / "seeds.pickle").write_bytes(pickle.dumps({"csv": []}))
-    fuzzer = Fuzzer(0, tmp_path, run=bounded, longest=0.25)
+    fuzzer = Fuzzer(0, tmp_path, run=bounded, longest=0.25, most_files=2)
     found = dict(fuzzer.outcomes([("csv", index) for index in range(8)], 1))
     kinds = {index: outcome[1] for (_, index), outcome in found.items()}
     assert kinds == dict.fromkeys(range(8), "") | {
