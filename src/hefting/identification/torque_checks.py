@@ -225,8 +225,8 @@ def of_arm(
             "intervals allow: record an empty run (`empty`)"
         )
         return [warning("arm-published", what, "empty")]
-    alone = np.max([one.slow_std for one in each], axis=0)
-    ratio = float((found.slow_std / alone).max())
+    alone = np.max([one.of_usual_gains.slow_std for one in each], axis=0)
+    ratio = float((found.of_usual_gains.slow_std / alone).max())
     if not ratio > LARGEST_MISFIT:
         wider = float((found.prior[-1] / found.std).max()) / FRICTION_CHANGE
         if not wider > LARGEST_CHANGE:

@@ -182,7 +182,7 @@ class Suspects:
         nuisances = np.eye(n)[joints][:, :, None] * rows[:, None, :own]
         A = np.hstack((nuisances.reshape(len(rows), n * own), rows[:, own:-1]))
         prior = np.zeros((n * own, A.shape[1]))
-        prior[:, : n * own] = np.diag(1.0 / self.fit.prior.T.ravel())
+        prior[:, : n * own] = np.diag(1.0 / self.fit.of_usual_gains.prior.T.ravel())
         matrices, torques = [A, prior], [rows[:, -1], np.zeros(len(prior))]
         if (calibration := self.runs.calibration) is not None:
             # its weight is that of averages over `INTERVAL`; the last row of a factor,
