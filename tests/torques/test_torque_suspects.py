@@ -343,6 +343,19 @@ def test_a_payload_that_a_controller_knows_in_some_runs_is_named(name, in_loaded
     assert ("in the loaded runs" if in_loaded else "in the empty runs") in said
 
 
+def test_what_gears_imitate_in_a_part_is_no_other_object():
+    """A twentieth of the payload's torques, as in moves with rests: it had been *do not
+    use*, as if 2 g were picked up."""
+    case, own = right("ur5e", rate=FULL["ur5e"]), dynamics("ur5e")
+
+    def eased(run: TorqueSamples) -> TorqueSamples:
+        part = np.abs(run.time - run.time[0] - 15.0) < 4.0
+        more = 0.05 * payload(run, own, BODY.vector) * part[:, None]
+        return replace(run, torque=run.torque + more)
+
+    assert found(changed(case, eased, both=False)) is None
+
+
 def test_a_payload_that_a_controller_knows_in_all_runs_is_a_note():
     """The difference of both is right."""
     own = dynamics("ur5e")

@@ -10,10 +10,9 @@ with the offset o_j, Coulomb friction c_j, the friction l_j per rigid-body torqu
 viscous friction v_j, reflected inertia of the rotor a_j, error of the gain g_j, base
 parameters of the arm beta and parameters of the payload phi. s is a smoothed sign. L is
 1 in samples with the payload and 0 in those without, so p_j, d_j and e_j are the changes
-of offset and frictions under load. The torque and all columns are averaged over 1 /
-`RATE`; friction by load and error of the gain are computed from these averages, so
-another load does not need the samples. A row is left out where friction follows no law
-(`TorqueSamples.sliding`).
+of offset and frictions under load. All is averaged over 1 / `RATE`; friction by load and
+error of the gain follow from these averages. A row is left out where friction follows
+no law (`TorqueSamples.sliding`).
 """
 
 from __future__ import annotations
@@ -49,7 +48,6 @@ FRICTION_BY_LOAD = OWN.index("friction by load")
 GAIN = OWN.index("error of the gain")
 OFFSET_CHANGE = OWN.index("change of the offset under load")
 CHANGES = slice(OFFSET_CHANGE, len(OWN))
-"""of the first three"""
 SIGN_SPEED = 0.01
 """[rad/s] Scale v of the smoothed sign, tanh(dq / v)."""
 RATE = 100.0
@@ -173,11 +171,9 @@ class TorqueScales:
     """Moments at each time scale, from which the noise and its colour are found when the
     samples are no longer kept.
 
-    Consecutive rows are transformed to their Haar coefficients: scaled differences of
-    neighbours, then of averages of two, of four ..., and the averages that remain. The
-    transform is orthonormal, so the factors of all scales together are those of the
-    rows. Coefficients of coloured noise at different scales are nearly independent,
-    with one variance per scale (Wornell 1993), by which intervals allow for the colour.
+    Consecutive rows are transformed to their Haar coefficients, which is orthonormal: all
+    scales together are the rows. Coefficients of coloured noise are nearly independent,
+    with one variance per scale (Wornell 1993).
     """
 
     levels: tuple[TorqueMoments, ...]

@@ -39,8 +39,7 @@ FRICTION_CHANGE = 1.0
 """The same for the Coulomb friction, and at 1 rad/s for the viscous one."""
 LARGEST_CHANGE = 3.0
 """Largest fitted change over these standard deviations; above it they are multiplied by
-that ratio. In correct runs it was at most 1.7, with offsets that changed by the noise
-2.5 to 12."""
+that ratio, which was at most 1.7 in correct runs."""
 FRICTION_BY_LOAD = 0.03
 """Standard deviation of the friction by load over the torque that causes it: strain wave
 gears have some percent."""
@@ -300,10 +299,8 @@ def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> N
         ("published", "its URDF had other inertias", dynamics.arm),
         ("mechanics", "it had other joints or another gravity", _mechanics(dynamics)),
     ):
-        # older files have no mechanics
-        entry = data.get(key, expected if key == "mechanics" else None)
         try:
-            values = np.array(entry, dtype=float)
+            values = np.array(data.get(key), dtype=float)
         except (TypeError, ValueError, OverflowError):
             values = np.array(np.nan)
         if not np.isfinite(values).all():
