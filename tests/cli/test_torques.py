@@ -371,7 +371,7 @@ def test_bad_input_is_one_line(folder, run, tmp_path):
     assert refused(run("identify", loaded, "--empty", empty), "--torques")
     arm = tmp_path / "bad.json"
     for text, said in (
-        ('{"schema": "hefting-arm-1", "joints": []}', "is of the joints"),
+        ('{"schema": "hefting-arm-2", "joints": []}', "is of the joints"),
         ("{}", "is no calibration"),
         ("[", "is not JSON"),
     ):

@@ -43,6 +43,7 @@ def test_what_no_urdf_has_may_be_given_of_all_or_of_each(urdf):
     [
         (r' velocity="[^"]*"', "", "no limit of its speed"),
         (r"<limit [^>]*/>", "", "no lower and upper limit"),
+        (r'lower="[^"]*" upper="[^"]*"', 'lower="1" upper="1"', "make it fixed"),
         (r'velocity="[^"]*"', 'velocity="0"', "no limit of its speed"),
         (r'type="revolute"', 'type="prismatic"', "slides.*make it fixed"),
     ],

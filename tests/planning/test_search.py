@@ -1,5 +1,6 @@
 """What is said where no place to start from is free."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -63,6 +64,19 @@ def test_a_narrow_cell_has_a_place_to_start_from():
     searcher = Searcher(joints, space, EFFORTS["quick"], np.random.default_rng(1))
     assert searcher.free_starts(own, 12).shape == (1, len(own.start))
     assert space.asked == 2000
+
+
+def test_joints_that_stay_beyond_half_a_turn_have_a_place_to_start_from():
+    """It had been at half a turn, where no motion keeps their range."""
+    own, ends = problem(), np.array((3.5, 5.4))
+    limits = replace(
+        own.constraints.limits, position=np.tile(ends, (len(own.start), 1))
+    )
+    own = replace(own, constraints=replace(own.constraints, limits=limits))
+    joints = tuple(map(str, range(len(own.start))))
+    searcher = Searcher(joints, Cell(), EFFORTS["quick"], np.random.default_rng(1))
+    (start,) = searcher.free_starts(own, 1)
+    assert ((ends[0] < start) & (start < ends[1])).all()
 
 
 def test_regions_without_a_way_between_are_named(tmp_path, monkeypatch):

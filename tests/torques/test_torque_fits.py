@@ -1,6 +1,7 @@
 """Joint torques against Pinocchio and MuJoCo, and their moments by time scale."""
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 from benchmarks.torques_live import LiveTorques
 
 from hefting.core.errors import InputError
+from hefting.core.spatial import Array
 from hefting.estimators import OLS
-from hefting.identification.torque_checks import of_joints, of_unit
+from hefting.identification.torque_checks import of_arm, of_joints, of_unit
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.wield import inverse_dynamics
@@ -18,7 +20,7 @@ from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import OFFSET_CHANGE, OWN, Rows, TorqueScales
 from hefting.torques.noise import fit
 from hefting.torques.rivals import better_rival
-from hefting.torques.runs import EmptyRuns, drifting
+from hefting.torques.runs import EmptyRuns, LoadedRuns, drifting
 from hefting.torques.samples import TorqueSamples
 from torque_runs import BODY, dynamics, fitted, runs
 
@@ -240,6 +242,38 @@ def test_offsets_that_change_between_the_runs_are_in_the_interval():
     error = found.common[-10] - BODY.mass
     assert abs(error) < 3.0 * found.covariance[0, 0] ** 0.5
     assert found.prior[-1].min() > 3.0 * fitted("ur5e").prior[-1].min()
+
+
+def with_torques(
+    case: LoadedRuns, change: Callable[[TorqueSamples], Array], both: bool
+):
+    loaded, empty = (
+        tuple(replace(run, torque=change(run)) for run in each)
+        for each in (case.loaded, case.empty)
+    )
+    return replace(case, loaded=loaded, empty=empty if both else case.empty)
+
+
+@pytest.mark.parametrize(("name", "seed"), [("panda", 3), ("ur5e", 6)])
+def test_gains_that_data_sheets_allow_are_no_change_of_offsets(name, seed):
+    """Of 1 %: offsets and friction had changed 4 times as much as is usual."""
+    case = runs(name)
+    gains = 1.0 + 0.01 * np.random.default_rng(seed).standard_normal(
+        case.dynamics.joints
+    )
+    case = with_torques(case, lambda run: gains * run.torque, True)
+    assert not of_arm(case, case.fit(), case.alone())
+
+
+def test_viscous_friction_that_changes_between_the_runs_contradicts_nothing():
+    """By 0.2 N m s/rad, of grease that warms up: the empty run had been another arm's."""
+    case = with_torques(
+        runs("ur5e"), lambda run: run.torque + 0.2 * run.velocity, False
+    )
+    found = case.fit()
+    (said,) = of_arm(case, found, case.alone())
+    assert (said.code, said.severity) == ("joints-changed", "warning")
+    assert found.common[-10] == pytest.approx(BODY.mass, rel=2e-3)
 
 
 def test_a_joint_that_hardly_moves_is_no_rival():

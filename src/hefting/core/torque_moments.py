@@ -8,11 +8,9 @@ The torque of joint j is linear in what is unknown,
 with nuisances nu_j of its own (offset, friction, reflected inertia), parameters beta of
 the arm that all joints share, and the ten parameters phi of the payload. One factor R_j
 of the columns [u_j | w_j | y_j | tau_j] holds all that the samples tell of it. Its rows
-below those of the nuisances are the equations that are left when these take their best
-values, whatever the others; with the standard deviations of the joints' noise, which
-may be chosen after the samples are gone, those of all joints stand below one another,
-and the arm is taken out in the same way. What is left is an 11 x 11 factor, as a wrench
-leaves.
+below those of the nuisances are the equations without these. Those of all joints, over
+the standard deviations of their noise, stand below one another, and the arm is taken
+out in the same way. What is left is an 11 x 11 factor, as a wrench leaves.
 """
 
 from __future__ import annotations

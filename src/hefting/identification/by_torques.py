@@ -48,7 +48,7 @@ from hefting.ingest.mended_times import with_mended_times
 from hefting.logs.given import as_recording
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.noise import TorqueFit
+from hefting.torques.noise import GAIN_STD, TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
 from hefting.torques.samples import (
     TorqueSamples,
@@ -63,9 +63,6 @@ PUBLISHED_ERROR = 1.5
 """Factor on `link_errors` for a published arm. With it 78 % of the intervals of mass
 hold the truth for three simulated arms, and 95 % for six others by another simulator;
 errors of a Franka Panda on real torques are 0.4 of the standard deviations."""
-GAIN_STD = 0.01
-"""Standard deviation of the gain of each joint's torque, or constant of its current, as
-on data sheets of torque sensors."""
 
 
 @immutable

@@ -29,8 +29,7 @@ from hefting.torques.samples import LEAST_TURN, STICTION_SPEED, UR_JOINT, Torque
 
 LARGEST_MISFIT = 2.0
 """Slow residual of a joint by empty and loaded runs together over that of each alone,
-above which they are not of the same arm: for the same simulated robot it was at most
-1.03, for others of its kind at least 4.7."""
+above which they are not of the same arm: for others of its kind it was at least 2.4."""
 LEAST_LOAD = 2.0
 """Mass over its standard deviation below which no load is significant."""
 NEGATIVE = 4.0
@@ -225,16 +224,15 @@ def of_arm(
             "intervals allow: record an empty run (`empty`)"
         )
         return [warning("arm-published", what, "empty")]
-    alone = np.max([one.slow_std for one in each], axis=0)
-    ratio = float((found.slow_std / alone).max())
+    alone = np.max([one.of_usual_gains.slow_std for one in each], axis=0)
+    ratio = float((found.of_usual_gains.slow_std / alone).max())
     if not ratio > LARGEST_MISFIT:
         wider = float((found.prior[-1] / found.std).max()) / FRICTION_CHANGE
         if not wider > LARGEST_CHANGE:
             return []
         what = (
             f"offsets or friction changed between empty and loaded runs by {wider:.1f} "
-            "times what is usual, which is in the intervals: record an empty run again, "
-            "and check signs and gains"
+            "times what is usual, which is in the intervals: record an empty run again"
         )
         return [warning("joints-changed", what, "empty")]
     what = (

@@ -100,7 +100,8 @@ class Limits:
             joint, where = tree.joints[name], f"{path}, joint '{name}'"
             if joint.kind == "revolute" and joint.limits is None:
                 fix = (
-                    'give <limit lower="..." upper="..." velocity="..."/> [rad, rad/s]'
+                    'give <limit lower="..." upper="..." velocity="..."/> [rad, rad/s], '
+                    "or make it fixed where it stands"
                 )
                 raise InputError("it has no lower and upper limit", where, fix)
             if joint.speed is None:

@@ -44,14 +44,13 @@ from hefting.shapes import Shape
 
 SEARCHED = 15.0
 """[s] Approximate duration of a motion that is optimised; a longer one repeats it forwards
-and backwards. At 30 and 39 s this takes half the time and is as good; many longer motions
-that were optimised as a whole ended in slow local optima."""
+and backwards, which takes half the time, and seldom ends in a slow local optimum."""
 SEARCHED_AGAIN = 6.0
 """[s] The same for a second search, if the accuracy is not reached: shorter motions are
 not as good, but seldom end in local optima."""
 MOST_SHORT = 3.0
-"""Ratio of reached to asked deviations from which on there is no second search: with
-other seeds, plans of 10 s leave an inertia up to twice as uncertain."""
+"""Ratio of reached to asked deviations from which on there is no second search: seeds
+differ by up to twice."""
 RANDOM_STARTS = 12
 """Number of random starts if none is given."""
 

@@ -171,7 +171,9 @@ class Searcher:
     def free_starts(self, problem: Problem, number: int) -> Array:
         """Random starts (s, n) [rad] within all limits and in contact with nothing, at
         most `number`; `InputError` if none is found."""
-        ends = np.clip(problem.constraints.limits.position, -np.pi, np.pi)
+        ends = problem.constraints.limits.position
+        near = np.clip(0.0, *ends.T)[:, None]
+        ends = np.clip(ends, near - np.pi, near + np.pi)
         middle, half = ends.mean(axis=1), 0.35 * (ends[:, 1] - ends[:, 0])
         draws, room = middle[None], np.full(DRAWS, np.inf)
         for _ in range(MOST_DRAWN):

@@ -35,8 +35,7 @@ from hefting.torques.samples import TorqueSamples
 
 MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
 """Errors of the accelerations from smoothed poses with 0.1 mm and 0.02° of noise at 100
-Hz, as found on plans of 10 s for three arms with a bandwidth of some 36 rad/s. For slower
-motions they are smaller."""
+Hz, as found on plans of 10 s for three arms."""
 MOST_NOISE = 1e3
 """[N], [N m] Noise of an estimate's recording from which on it is ignored."""
 POSE_NOISE = (1e-4, 3.5e-4)

@@ -3,16 +3,16 @@ time scale.
 
     tau_j - (arm's own torque, where it is known)
         = o_j + (c_j + l_j |tau_j|) s(dq_j) + v_j dq_j + a_j ddq_j
-        + L (p_j + d_j s(dq_j))
+        + g_j tau_j + L (p_j + d_j s(dq_j) + e_j dq_j)
         + w_j' beta + y_j' phi
 
 with the offset o_j, Coulomb friction c_j, the friction l_j per rigid-body torque tau_j,
-viscous friction v_j, reflected inertia of the rotor a_j, base parameters of the arm
-beta and parameters of the payload phi. s is a smoothed sign. L is 1 in samples with the
-payload and 0 in those without, so p_j and d_j are the changes of offset and Coulomb
-friction under load. The torque and all columns are averaged over 1 / `RATE`; the
-friction by load is computed from these averages, so another load does not need the
-samples. A row is left out where friction follows no law (`TorqueSamples.sliding`).
+viscous friction v_j, reflected inertia of the rotor a_j, error of the gain g_j, base
+parameters of the arm beta and parameters of the payload phi. s is a smoothed sign. L is
+1 in samples with the payload and 0 in those without, so p_j, d_j and e_j are the changes
+of offset and frictions under load. All is averaged over 1 / `RATE`; friction by load and
+error of the gain follow from these averages. A row is left out where friction follows
+no law (`TorqueSamples.sliding`).
 """
 
 from __future__ import annotations
@@ -37,14 +37,17 @@ OWN = (
     "viscous friction",
     "reflected inertia",
     "friction by load",
+    "error of the gain",
     "change of the offset under load",
     "change of the Coulomb friction under load",
+    "change of the viscous friction under load",
 )
 """Nuisances: the unknowns of one joint each, in the order of their columns."""
 COULOMB_FRICTION = OWN.index("Coulomb friction")
 FRICTION_BY_LOAD = OWN.index("friction by load")
+GAIN = OWN.index("error of the gain")
 OFFSET_CHANGE = OWN.index("change of the offset under load")
-FRICTION_CHANGE = OWN.index("change of the Coulomb friction under load")
+CHANGES = slice(OFFSET_CHANGE, len(OWN))
 SIGN_SPEED = 0.01
 """[rad/s] Scale v of the smoothed sign, tanh(dq / v)."""
 RATE = 100.0
@@ -105,12 +108,14 @@ class Rows:
         return cls(values, mean.time, mean.sliding, published if arm_known else None)
 
     def under(self, dynamics: JointDynamics, load: Load) -> Self:
-        """The rows with the column of friction by load, |tau_j| s(dq_j), for `load`."""
+        """The rows with the columns of friction by load, |tau_j| s(dq_j), and of the gain's
+        error, tau_j, for `load`."""
         values = self.values.copy()
         rigid_torque = values[..., -PAYLOAD - 1 : -1] @ load.payload
         if self.published is None:
             arm = values[..., len(OWN) : -PAYLOAD - 1]
             rigid_torque += arm @ (dynamics.links @ load.arm)
+            values[..., GAIN] = rigid_torque
         else:
             rigid_torque += self.published
         sign = values[..., COULOMB_FRICTION]
@@ -131,7 +136,7 @@ def _columns(
     for i, column in enumerate((1.0, sign, dq, ddq)):
         values[..., i] = column
     if loaded:
-        values[..., OFFSET_CHANGE], values[..., FRICTION_CHANGE] = 1.0, sign
+        values[..., CHANGES] = values[..., :3]
         Y = W[..., -PAYLOAD:] @ dynamics.payload
         values[..., -PAYLOAD - 1 : -1] = Y
     values[..., -1] = samples.torque
@@ -166,11 +171,9 @@ class TorqueScales:
     """Moments at each time scale, from which the noise and its colour are found when the
     samples are no longer kept.
 
-    Consecutive rows are transformed to their Haar coefficients: scaled differences of
-    neighbours, then of averages of two, of four ..., and the averages that remain. The
-    transform is orthonormal, so the factors of all scales together are those of the
-    rows. Coefficients of coloured noise at different scales are nearly independent,
-    with one variance per scale (Wornell 1993), by which intervals allow for the colour.
+    Consecutive rows are transformed to their Haar coefficients, which is orthonormal: all
+    scales together are the rows. Coefficients of coloured noise are nearly independent,
+    with one variance per scale (Wornell 1993).
     """
 
     levels: tuple[TorqueMoments, ...]

@@ -15,7 +15,9 @@ degrees of freedom.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -30,7 +32,7 @@ from hefting.core.torque_moments import (
 )
 from hefting.estimators.joint_state import WhitenedState
 from hefting.estimators.quadratic import ScaledSVD
-from hefting.torques.equations import TorqueScales
+from hefting.torques.equations import CHANGES, GAIN, TorqueScales
 
 PASSES = 3
 """Number of iterations of fit and noise: the weights depend on the noise."""
@@ -43,6 +45,9 @@ FLOOR = 1e-6
 """Least standard deviation of the noise over the root mean square of the torque:
 smaller residuals are rounding."""
 
+GAIN_STD = 0.01
+"""Standard deviation of the gain of each joint's torque, or constant of its current, as
+on data sheets of torque sensors."""
 LEAST_VARIANCE = 0.25
 """Lower bound of the variance of a combination of the payload's parameters, over that
 with white noise of the same standard deviation."""
@@ -113,11 +118,19 @@ class TorqueFit:
         return X @ (np.swapaxes(X, 1, 2) @ right)
 
     @property
+    def of_usual_gains(self) -> Self:
+        """The fit with gains that are off by `GAIN_STD`, to tell them from mistakes. Errors
+        of the model imitate them, so they are no part of the answer but of its interval."""
+        prior = self.prior.copy()
+        prior[GAIN] = GAIN_STD
+        return replace(self, prior=prior)
+
+    @property
     def changes(self) -> float:
-        """Largest change under load of an offset or Coulomb friction, over the standard
-        deviation of its prior."""
+        """Largest change under load of an offset or a friction, over the standard deviation
+        of its prior."""
         best = self.nuisances @ np.append(-self.common, 1.0)
-        return float(np.abs(best[:, -2:].T / self.prior[-2:]).max())
+        return float(np.abs(best[:, CHANGES].T / self.prior[CHANGES]).max())
 
     @cached_property
     def squares(self) -> Array:

@@ -28,10 +28,9 @@ FEWEST_ROWS = 5
 residuals are compared."""
 LEAST_GAIN = np.array((0.5, 0.25))
 """Least decreases of the two logarithms of `Rival.residuals` for which a rival is
-believed. In 99 correct recordings, simulated and real, the first decreased by at most
-0.04; in 36 with a mistake, two of them with 0.01 kg m about the last joint, by at least
-1.2. With joints that move one at a time an exchange may decrease the first by 1.3
-without a mistake, but not both."""
+believed. The first decreased by at most 0.04 in 99 correct recordings, by at least 1.2
+in 36 with a mistake; by 1.3 in correct ones of joints that move one at a time, but not
+both."""
 POSITIONS = ("position", "velocity", "acceleration")
 """Fields of `TorqueSamples` that a mistake affects together."""
 NEAR = np.array([(j, j + by) for j in range(20) for by in (1, 2)])
@@ -69,9 +68,9 @@ class Rival:
         """Two logarithms (2,), and the standard deviation (n,) of the residuals of each
         joint [N m], nan for joints with too few rows.
 
-        The logarithms are of these standard deviations, and of them over the torque that
-        offset and friction alone do not explain; summed over joints, times the share
-        of rows that count. They are infinite if there are too few rows in all.
+        The logarithms are of these, and of them over the torque that offset and friction
+        alone do not explain; summed over joints, times the share of rows that count.
+        They are infinite if there are too few rows in all.
         """
         counts = self.used.sum(axis=0)
         unknowns = len(self.dynamics.base) + len(OWN) * self.dynamics.joints

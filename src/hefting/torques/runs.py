@@ -36,14 +36,15 @@ OFFSET_CHANGE = 0.2
 """Standard deviation of the change of an offset between two runs, over that of the
 joint's noise: 0.02 N m at a shoulder, after a minute of warm-up."""
 FRICTION_CHANGE = 1.0
-"""The same for the Coulomb friction."""
+"""The same for the Coulomb friction, and at 1 rad/s for the viscous one."""
 LARGEST_CHANGE = 3.0
 """Largest fitted change over these standard deviations; above it they are multiplied by
-that ratio. In correct runs it was at most 1.7, with offsets that changed by the noise
-2.5 to 12."""
+that ratio."""
 FRICTION_BY_LOAD = 0.03
 """Standard deviation of the friction by load over the torque that causes it: strain wave
 gears have some percent."""
+EXACT = 1e-6
+"""Standard deviation of a gain without an error: a smaller one would be lost by rounding."""
 NO_CHANGE = 1e-3
 """Factor of `OFFSET_CHANGE` and `FRICTION_CHANGE` where nothing changes."""
 LOAD_PASSES = 3
@@ -116,8 +117,10 @@ class LoadedRuns:
             load = loads_of(self, fit(self._scales(rows, load, 0), prior))
         scales = self._scales(rows, load)
         fitted = fit(scales, prior)
-        if self.drift and fitted.changes > LARGEST_CHANGE:
-            fitted = fit(scales, partial(drifting, times=fitted.changes))
+        # errors of gains and friction by load imitate changes
+        changes = min(fitted.changes, fitted.of_usual_gains.changes)
+        if self.drift and changes > LARGEST_CHANGE:
+            fitted = fit(scales, partial(drifting, times=changes))
         return fitted
 
     def delayed(self, by: float, loaded: bool) -> Self:
@@ -154,8 +157,9 @@ def drifting(std: Array, times: float = 1.0) -> Array:
     [N m], of runs between which gears warm up; `times` multiplies those of the changes."""
     prior = np.full((len(OWN), len(std)), np.inf)
     prior[equations.FRICTION_BY_LOAD] = FRICTION_BY_LOAD
-    prior[equations.OFFSET_CHANGE] = times * OFFSET_CHANGE * std
-    prior[equations.FRICTION_CHANGE] = times * FRICTION_CHANGE * std
+    prior[equations.GAIN] = EXACT
+    changes = OFFSET_CHANGE, FRICTION_CHANGE, FRICTION_CHANGE
+    prior[equations.CHANGES] = times * np.outer(changes, std)
     return prior
 
 
@@ -232,7 +236,7 @@ def _payload_rows(arm: int) -> Array:
     return rows
 
 
-SCHEMA = "hefting-arm-1"
+SCHEMA = "hefting-arm-2"
 SAME_ARM = 1e-6
 """Largest relative difference between numbers of the same arm, by rounding."""
 
@@ -295,10 +299,8 @@ def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> N
         ("published", "its URDF had other inertias", dynamics.arm),
         ("mechanics", "it had other joints or another gravity", _mechanics(dynamics)),
     ):
-        # older files have no mechanics
-        entry = data.get(key, expected if key == "mechanics" else None)
         try:
-            values = np.array(entry, dtype=float)
+            values = np.array(data.get(key), dtype=float)
         except (TypeError, ValueError, OverflowError):
             values = np.array(np.nan)
         if not np.isfinite(values).all():

@@ -43,8 +43,7 @@ HALF_WITHIN = 0.55
 """Median distance of normal noise from that median, in its standard deviations."""
 STEP = 90.0, 5.0
 """Percentile of the steps between samples, and the multiple of it that is the least
-distance of a spike: motion stays below it, and so do neighbours of a spike, whose
-median is up to three steps away."""
+distance of a spike, above that of motion and of a spike's neighbours."""
 LEAST_LOAD = 0.1
 """Least distance of a spike of torque or current, over the standard deviation of the
 joint's values."""

@@ -1,14 +1,11 @@
 """Suspects: mistakes that add columns to the equations of the torques, each fitted to the
 residuals of all runs.
 
-To first order a mistake adds X theta to the torques. X is for a delay the negative rate
-of the predicted torques, for a tilted base the torques by gravity along its axes, for
-joint zeros the derivatives by the angles, for gains the predicted torques of each joint,
-for a payload that the controller compensates the torques of its weight, and for another
-object in a part of a run the payload's ten columns there. theta is the least-squares
-fit, to the residuals, of the part of X that arm, payload and nuisances do not explain;
-the change of the payload's parameters follows. Rows are averages over `INTERVAL`. Long
-delays are tried one by one.
+To first order a mistake adds X theta to the torques; `Suspects._delay` and so on give X.
+theta is the least-squares fit, to the residuals, of the part of X that arm, payload and
+nuisances, among them usual errors of the gains, do not explain; the change of the
+payload's parameters follows. Rows are averages over `INTERVAL`. Long delays are tried
+one by one.
 """
 
 from collections.abc import Iterable, Iterator
@@ -44,8 +41,8 @@ LEAST_EVIDENCE = {
 """Least evidence of a suspect that is believed. In 108 correct pairs of runs by two
 simulators it was at most 7, 10, 48, -8, 6 and -9, except for true delays by a filter."""
 LEAST_SHARE = 0.1
-"""Least relative error of the payload's weight that is believed: the elasticity of gears
-imitates 0.03."""
+"""Least relative error of the payload's weight, or of its torques in a part, that is
+believed: the elasticity of gears imitates 0.04."""
 REVERSAL = 2
 """Number of averages on each side of a joint's reversal not used for short delays."""
 DELAYS = np.linspace(-0.3, 0.3, 31), np.linspace(-0.02, 0.02, 11)
@@ -182,7 +179,7 @@ class Suspects:
         nuisances = np.eye(n)[joints][:, :, None] * rows[:, None, :own]
         A = np.hstack((nuisances.reshape(len(rows), n * own), rows[:, own:-1]))
         prior = np.zeros((n * own, A.shape[1]))
-        prior[:, : n * own] = np.diag(1.0 / self.fit.prior.T.ravel())
+        prior[:, : n * own] = np.diag(1.0 / self.fit.of_usual_gains.prior.T.ravel())
         matrices, torques = [A, prior], [rows[:, -1], np.zeros(len(prior))]
         if (calibration := self.runs.calibration) is not None:
             # its weight is that of averages over `INTERVAL`; the last row of a factor,
@@ -376,6 +373,9 @@ class Suspects:
                 each[i] = Y * part
                 X = self.stacked(each)
                 theta, evidence, shift = self.tried(X, TYPICAL_PAYLOAD)
+                change, usual = X @ theta, X @ self.load.payload
+                if np.linalg.norm(change) < LEAST_SHARE * np.linalg.norm(usual):
+                    continue
                 first, last = (
                     float(time[edges[k] - (k == b)] - time[0]) for k in (a, b)
                 )
