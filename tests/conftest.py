@@ -14,6 +14,7 @@ from browser import chromium
 from computed_once import (
     CONDITIONING,
     INGESTING,
+    JUDGING,
     MOVING,
     OF_RUNS,
     SAMPLING,
@@ -161,8 +162,9 @@ def same_poses():
 
 @pytest.fixture(scope="module")
 def same_recordings():
-    """A recording that a file identifies in several ways is conditioned once."""
-    with computed_once(SMOOTHING, CONDITIONING):
+    """A recording that a file identifies in several ways is conditioned, and mistakes in
+    it are looked for, once."""
+    with computed_once(SMOOTHING, CONDITIONING, JUDGING):
         yield
 
 
