@@ -14,6 +14,8 @@ SMOOTHING = "hefting.motion.inertial", "fit_poses"
 """What `hefting.motion.smooth_poses` calls of poses."""
 CONDITIONING = "hefting.ingest.ingest", "condition"
 """What `hefting.ingest.ingest` calls of a recording."""
+JUDGING = "hefting.ingest.chosen_part", "doubt_of"
+"""What `hefting.ingest.ingest` calls of a recording to find mistakes in it."""
 INGESTING = "hefting.ingest.joint", "ingest"
 """What `hefting.identify` calls of a recording."""
 OF_RUNS = (

@@ -1,9 +1,12 @@
 """Fixtures that several files share."""
 
 import gc
+import os
 import sys
+import tempfile
 from functools import partial
 from importlib import import_module
+from shutil import disk_usage
 
 import pytest
 
@@ -11,6 +14,7 @@ from browser import chromium
 from computed_once import (
     CONDITIONING,
     INGESTING,
+    JUDGING,
     MOVING,
     OF_RUNS,
     SAMPLING,
@@ -94,6 +98,22 @@ INPUTS: dict[bytes, object] = {}
 """What `same_inputs` keeps from file to file."""
 
 
+MEMORY = "/dev/shm"
+"""Where Linux has files in memory: to make and remove the ten thousand files of a run
+there costs next to nothing, on a disk half a minute of waiting."""
+
+
+def write_to_memory():
+    """Tests write their files to memory where there is room and nobody chose a place."""
+    if "TMPDIR" in os.environ or not os.access(MEMORY, os.W_OK | os.X_OK):
+        return
+    if disk_usage(MEMORY).free > 4e9:
+        tempfile.tempdir = os.environ["TMPDIR"] = MEMORY
+
+
+write_to_memory()
+
+
 gc.disable()
 """Until tests are collected: modules and tests stay, and to look through them for garbage
 takes a fifth of the time."""
@@ -142,8 +162,9 @@ def same_poses():
 
 @pytest.fixture(scope="module")
 def same_recordings():
-    """A recording that a file identifies in several ways is conditioned once."""
-    with computed_once(SMOOTHING, CONDITIONING):
+    """A recording that a file identifies in several ways is conditioned, and mistakes in
+    it are looked for, once."""
+    with computed_once(SMOOTHING, CONDITIONING, JUDGING):
         yield
 
 

@@ -1,10 +1,9 @@
-"""A few recordings of one object, whole and broken, written once."""
+"""A few recordings of one object, whole and broken, made once."""
 
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from shutil import copytree
-from tempfile import mkdtemp
+from tempfile import TemporaryDirectory
 
 from benchmarks.batch_recordings import BREAKS, write_recording, write_shape
 
@@ -35,17 +34,20 @@ class Recorded:
 
 
 @cache
-def _written() -> Path:
-    folder = Path(mkdtemp(prefix="hefting-tests-"))
-    for k in range(WHOLE):
-        write_recording((str(folder / f"whole-{k}.csv"), k + 1, None))
-    lines = (folder / "whole-0.csv").read_text().splitlines(keepends=True)
-    for k, broken in enumerate(BREAKS):
-        broken(folder / f"broken-{k}.csv", lines)
-    return folder
+def _files() -> dict[str, bytes]:
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        for k in range(WHOLE):
+            write_recording((str(folder / f"whole-{k}.csv"), k + 1, None))
+        lines = (folder / "whole-0.csv").read_text().splitlines(keepends=True)
+        for k, broken in enumerate(BREAKS):
+            broken(folder / f"broken-{k}.csv", lines)
+        return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 def recorded(folder: Path) -> Recorded:
     """The recordings, in a folder that a test may change."""
-    copytree(_written(), folder / "data")
-    return Recorded(folder / "data", write_shape(folder))
+    (data := folder / "data").mkdir()
+    for name, content in _files().items():
+        (data / name).write_bytes(content)
+    return Recorded(data, write_shape(folder))

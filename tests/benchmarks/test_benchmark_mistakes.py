@@ -2,9 +2,12 @@
 
 from functools import cache
 
+import pytest
 from benchmarks.mistaken import mistakes as catalogue
 
 from benchmarks import clean, mistake_runs, mistakes, two_mistakes
+
+pytestmark = pytest.mark.usefixtures("same_recordings")
 
 
 def test_half_a_turn_is_named_and_not_to_be_used(monkeypatch):

@@ -17,6 +17,8 @@ from hefting.ingest.rivals import UNDONE, two_mistakes
 from hefting.planning.result import INSTANTS
 from hefting.planning.search import EFFORTS, Effort
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 COUNT = 8
 """Files of each reader."""
 FEW = 3

@@ -27,7 +27,7 @@ from hefting.motion import measure
 from hefting.shapes import Shape, load_shape
 from recordings import DATA, TOOL_FOLDERS, needs_recordings
 
-pytestmark = needs_recordings
+pytestmark = [needs_recordings, pytest.mark.usefixtures("same_recordings")]
 
 
 # twelve simulated tools, exact truth; gravity points up in their world

@@ -13,13 +13,15 @@ from hefting.logs import write_log
 from hefting.online import identifier
 from hefting.online.samples import Samples
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 
 @pytest.fixture(scope="module")
 def recording():
     return swapped(5, change=False, duration=5.0).recording
 
 
-def feed(live, recording, speed=2.0):
+def feed(live, recording, speed=10.0):
     """As a robot would, but faster."""
     period = 0.05
     for together in parts(recording, period):

@@ -33,6 +33,8 @@ from hefting.simulation import (
     wield_analytically,
 )
 
+pytestmark = pytest.mark.usefixtures("same_recordings")
+
 
 @pytest.fixture(scope="module")
 def clean():

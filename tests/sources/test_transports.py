@@ -22,7 +22,7 @@ from forked_peers import forked_peers
 
 from hefting.sources import UNREADABLE
 
-SECONDS = 0.4
+SECONDS = 0.25
 MALFORMED = 40
 PEERS = {"ws": "foxglove", "zenoh": "zenoh"}
 CLIENTS = {"ws": "websockets", "dds": "cyclonedds", "fastdds": "cyclonedds"}
