@@ -39,6 +39,7 @@ _HOME = {
     "Identification": "identification",
     "Comparison": "identification",
     "compare": "identification.agreement",
+    "in_frame": "identification.frames",
     "Live": "identification.live",
     "LiveState": "identification.live",
     "live": "sources.live",

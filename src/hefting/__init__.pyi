@@ -27,6 +27,7 @@ from hefting.identification import Identification as Identification
 from hefting.identification import calibrate as calibrate
 from hefting.identification import identify as identify
 from hefting.identification.agreement import compare as compare
+from hefting.identification.frames import in_frame as in_frame
 from hefting.identification.live import Live as Live
 from hefting.identification.live import LiveState as LiveState
 from hefting.ingest import condition as condition

@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 from hammers import noisy
 from hefting.core import regressor, spatial
 from hefting.core.accuracy import Accuracy, errors_between
-from hefting.core.estimate import com_jacobian
 from hefting.core.gravity import Gravity, normal_gravity
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Noise
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments

@@ -8,6 +8,7 @@ from hefting.cli import render
 from hefting.cli.options import (
     ESTIMATE,
     add_export,
+    add_object_frame,
     add_shape,
     check_output,
     fill_inertia_of,
@@ -16,7 +17,7 @@ from hefting.cli.options import (
 from hefting.cli.parser import say, wrote
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.request.settings import pose_of, require_shape, shape_of
+from hefting.request.settings import in_object_frame, pose_of, require_shape, shape_of
 
 if TYPE_CHECKING:
     from hefting.export import Exported
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "hefting export mug.json --to urdf --output mug.urdf",
     "hefting export mug.json --to urdf --into robot.urdf --link tool0",
+    "hefting export mug.json --to mjcf --object-frame --into scene.xml --link mug",
     "hefting export mug.json --to ur --sensor-pose-in-flange 0,0,0.03,0,0,0,1",
     "hefting identify log.csv --json | hefting export - --to mjcf",
 )
@@ -43,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
     add_export(parser)
+    add_object_frame(parser, "write in")
     add_shape(parser.add_argument_group("the object's shape, for --fill-inertia shape"))
     parser.add_argument(
         "--output", metavar="FILE", help="write there instead of printing"
@@ -54,6 +57,9 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.export import export
 
     a = arguments
+    estimate = read_estimate(a.estimate)
+    if a.object_frame:
+        estimate, a.object_pose = in_object_frame(estimate, a.object_pose), None
     require_shape(a)
     if a.output:
         check_output(a.output, a)
@@ -65,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
         what = "a shape is for --fill-inertia shape"
         raise InputError(what, fix="give that as well")
     exported = export(
-        read_estimate(a.estimate),
+        estimate,
         a.to,
         flange,
         a.into,

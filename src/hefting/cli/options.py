@@ -110,6 +110,16 @@ def add_export(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def add_object_frame(parser: argparse._ActionsContainer, verb: str) -> None:
+    """The option for numbers in the object's frame."""
+    parser.add_argument(
+        "--object-frame",
+        action="store_true",
+        help=f"{verb} the frame of the shape's file, by the --object-pose with which the "
+        "object was identified",
+    )
+
+
 def fill_inertia_of(text: str | None, shape: "Shape | None") -> "Fill":
     """The argument of `export` for the text of ``--fill-inertia``; `InputError` for
     another word, and where the shape is not given."""

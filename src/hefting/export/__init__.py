@@ -83,7 +83,7 @@ class Exported:
     text: str
     """Content of the file, or the lines to paste."""
     frame: str
-    """Frame of its numbers: ``sensor`` or ``flange``."""
+    """Frame of its numbers: that of the estimate, or ``flange``."""
     warnings: tuple[str, ...] = ()
     """One sentence each."""
 
@@ -109,7 +109,8 @@ def export(
     Parameters
     ----------
     estimate : in sensor axes about the sensor origin, or the result of
-        `hefting.identify`.
+        `hefting.identify`; for simulators, JSON and CSV in any frame, such as the
+        object's (`hefting.in_frame`).
     target : a name in `TARGETS`.
     sensor_pose_in_flange : pose of the sensor in the flange frame, as for `identify`;
         with it the text is in flange axes about the flange origin, without it in sensor
@@ -123,8 +124,8 @@ def export(
     accept : whether to write an estimate with the verdict "do not use". JSON holds the
         verdict, and is written anyway.
     fill_inertia : replacement of an open inertia for simulators, which need one:
-        ``"point"``, the smallest that they accept, or a shape in sensor axes with uniform
-        density. JSON and CSV are never filled in.
+        ``"point"``, the smallest that they accept, or a shape in the estimate's frame with
+        uniform density. JSON and CSV are never filled in.
     say : turns names of arguments in backquotes, in comments, into the reader's.
 
     Raises `InputError` for a value without an estimate, an unknown target, arguments, a
@@ -141,10 +142,19 @@ def export(
         what = f"the estimate is not to be used: {estimate.verdict.reasons[0]}"
         fix = "identify it again, or give `accept` to write it as it is"
         raise InputError(what, fix=fix)
+    if estimate.frame != "sensor" and (
+        chosen.wants_flange
+        or chosen.in_sensor_axes
+        or sensor_pose_in_flange is not None
+    ):
+        what = (
+            f"the estimate is in {estimate.frame} axes, which controllers do not take"
+        )
+        raise InputError(what, fix="give it in sensor axes")
     if chosen.write_estimate is not None:
         text = chosen.write_estimate(estimate, name)
         unused = () if sensor_pose_in_flange is None else (_pose_unused(chosen),)
-        return Exported(text, "sensor", unused)
+        return Exported(text, estimate.frame, unused)
 
     body = known_body(estimate, name, fill_inertia, accept, say)
     warnings = inertia_messages(estimate, chosen, body, fill_inertia)

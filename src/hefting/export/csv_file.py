@@ -1,4 +1,4 @@
-"""CSV: the estimate itself as a row, in sensor axes and SI units, even if it is not
+"""CSV: the estimate itself as a row, in its frame and SI units, even if it is not
 consistent."""
 
 import io
@@ -16,7 +16,7 @@ COLUMNS = (
     *(f"std_{column}" for column in AT_COM),
     *("samples", "duration", "physically_consistent", "open"),
 )
-"""Columns of the CSV: J is the inertia about the sensor's origin [kg m²]; std, one
+"""Columns of the CSV: J is the inertia about the frame's origin [kg m²]; std, one
 standard deviation, is empty if the method has none; duration in s; open lists the
 columns at the COM that neither the recording nor a shape determines, separated by
 spaces."""
@@ -41,7 +41,7 @@ def write(estimate: Estimate, name: str) -> str:
     writer.writerow(
         (
             *map(_text, (name, estimate.method)),
-            "sensor",
+            estimate.frame,
             *("" if value is None else repr(float(value)) for value in values),
             *(estimate.samples, estimate.duration, estimate.physically_consistent),
             " ".join(undetermined),

@@ -11,10 +11,10 @@ import numpy as np
 
 from hefting.core.accuracy import NAMES, Accuracy
 from hefting.core.errors import InputError
-from hefting.core.estimate import NORMAL_95, com_jacobian
+from hefting.core.estimate import NORMAL_95
 from hefting.core.estimate_json import json_ready
 from hefting.core.immutable import immutable
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.messages import Message
 from hefting.core.spatial import SPEED_LIMIT, Array, frozen, vector_to_tensor
 from hefting.estimators import Bayes

@@ -229,6 +229,8 @@ def agreement_report(agreement: Agreement) -> Iterable[Line]:
             yield Line(f"{name}: {path}")
     yield Line(
         "assumed: the same object in the same grasp, and the same sensor frame. "
+        if agreement.frame == "sensor"
+        else "in the object's frame. "
         "± 95 %; apart: standard deviations between the two that differ most; "
         "moments: the principal ones, compared along common axes"
     )
