@@ -182,7 +182,7 @@ def test_one_object_in_two_grasps_agrees_in_its_own_frame(run, folder):
     assert (status, out.split(":")[0]) == (3, "they contradict one another")
     status, out, err = run("compare", *paths, "--object-frame")
     assert (status, err) == (0, "")
-    assert "in the object's frame" in out
+    assert "the same object at the poses that are given, in its frame. ± 95 %" in out
     assert "same grasp" not in out
     _, out, _ = run("compare", *paths, "--object-frame", "--json")
     ends = np.array([one["intervals"] for one in json.loads(out)["estimates"]])
