@@ -184,7 +184,7 @@ NAMES = {
     "Japanese": (
         "時刻[s] 位置X[mm] 位置Y[mm] 位置Z[mm] 姿勢Rx[deg] 姿勢Ry[deg] 姿勢Rz[deg] 力X[N] 力Y[N]"
         " 力Z[N] モーメントX[N・mm] モーメントY[N・mm] モーメントZ[N・mm]",
-        (TIME, 1e3 * POSITION, np.degrees(TURNS.as_rotvec()), NEWTON_MILLIMETRES),
+        (TIME, 1e3 * POSITION, np.degrees(TURNS.as_euler("xyz")), NEWTON_MILLIMETRES),
     ),
     "French": (
         "Temps(s) X Y Z qx qy qz qw ForceX(N) ForceY(N) ForceZ(N)"
