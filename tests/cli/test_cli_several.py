@@ -207,6 +207,16 @@ def test_an_inertial_in_the_objects_frame(run, folder):
     np.testing.assert_allclose(com, held.center_of_mass, rtol=1e-9, atol=1e-12)
     _, out, _ = run("export", path, "--to", "urdf", "--object-frame")
     assert "link frame: object" in out
+    _, _, err = run("export", path, "--output", folder / "held.sdf")
+    assert err == ""
+    assert "<sdf" in (folder / "held.sdf").read_text()
+    robot = folder / "robot.urdf"
+    robot.write_text('<robot name="r"><link name="tool"/></robot>')
+    _, out, _ = run("export", path, "--into", robot, "--link", "tool")
+    assert "<inertial>" in out
+    assert refused(
+        run("export", path, "--output", folder / "held.txt"), "--to: missing"
+    )
     exported = "export", path, "--to", "json", "--object-frame"
     _, out, _ = run(*exported, "--object-pose", "0,0,0")
     com = json.loads(out)["center_of_mass"]

@@ -217,6 +217,14 @@ NAMES = {
         " gripper_tz fx fy fz tx ty tz",
         (*PLAIN[:3], 0.9 * WRENCH, WRENCH),
     ),
+    "a wrench's six by one word": (
+        "t x y z roll pitch yaw FT_X FT_Y FT_Z FT_RX FT_RY FT_RZ",
+        (TIME, POSITION, TURNS.as_euler("xyz"), WRENCH),
+    ),
+    "a wrench and its torque": (
+        "t x y z roll pitch yaw wrench_x wrench_y wrench_z torque_x torque_y torque_z",
+        (TIME, POSITION, TURNS.as_euler("xyz"), WRENCH),
+    ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
         " qx qy qz qw fx fy fz tx ty tz",
@@ -285,6 +293,16 @@ def test_of_a_wrench_that_a_controller_estimates_the_load_is_asked():
     for case in ("Franka", "Franka in base axes", "Franka in both axes"):
         got = hefting.as_recording(frame_of(*NAMES[case]))
         assert codes(got.warnings) == {"columns-by-name", "payload-unknown"}
+
+
+@pytest.mark.parametrize("names", ["t pos_{}", "time p{}"])
+def test_why_set_points_are_not_read_is_said(names):
+    at, place = names.split()
+    place = " ".join(place.format(axis) for axis in "xyz")
+    turn = " ".join(f"target_q{axis}" for axis in "xyzw")
+    frame = frame_of(f"{at} {place} {turn} fx fy fz tx ty tz", PLAIN)
+    with pytest.raises(InputError, match="names with target are of set points"):
+        hefting.as_recording(frame)
 
 
 def test_what_names_tell_is_said_where_they_do_not_tell_all():

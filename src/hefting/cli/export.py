@@ -38,7 +38,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("estimate", metavar="ESTIMATE.json", help=ESTIMATE)
     targets = join_words(TARGETS, "or")
-    parser.add_argument("--to", metavar="TARGET", required=True, help=targets)
+    parser.add_argument(
+        "--to",
+        metavar="TARGET",
+        help=f"{targets}; default by the ending of --into or --output",
+    )
     formats = join_words(INSERTABLE.values(), "or")
     parser.add_argument(
         "--into", metavar="FILE", help=f"put it into a link of this {formats} file"
@@ -54,9 +58,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
-    from hefting.export import export
+    from hefting.export import SUFFIXES, export
 
     a = arguments
+    if a.to is None:
+        a.to = SUFFIXES.get(Path(a.into or a.output or "").suffix.lower())
+    if a.to is None:
+        raise InputError("missing", "--to", "see hefting export --help")
     estimate = read_estimate(a.estimate)
     if a.object_frame:
         estimate, a.object_pose = in_object_frame(estimate, a.object_pose), None
