@@ -65,9 +65,9 @@ def run(arguments: argparse.Namespace) -> None:
         a.to = SUFFIXES.get(Path(a.into or a.output or "").suffix.lower())
     if a.to is None:
         raise InputError("missing", "--to", "see hefting export --help")
-    estimate = read_estimate(a.estimate)
-    if a.object_frame:
-        estimate, a.object_pose = in_object_frame(estimate, a.object_pose), None
+    pose = a.object_pose
+    if a.object_frame:  # the shape is in it, too
+        a.object_pose = None
     require_shape(a)
     if a.output:
         check_output(a.output, a)
@@ -78,8 +78,9 @@ def run(arguments: argparse.Namespace) -> None:
     if shape is not None and a.fill_inertia != "shape":
         what = "a shape is for --fill-inertia shape"
         raise InputError(what, fix="give that as well")
+    estimate = read_estimate(a.estimate)
     exported = export(
-        estimate,
+        in_object_frame(estimate, pose) if a.object_frame else estimate,
         a.to,
         flange,
         a.into,
