@@ -4,8 +4,8 @@
     exported = export(estimate, "ur", sensor_pose_in_flange=pose)
     exported = export(estimate, "urdf", into="robot.urdf", link="tool0")
 
-Each target is a file of this package that ends with its `Target`; this file lists and
-uses them.
+Each file of this package holds a `Target`, or those of one make; this one lists and uses
+them.
 """
 
 from collections.abc import Callable
@@ -36,16 +36,12 @@ FILES = (
     "kuka",
     "abb",
     "fanuc",
-    "ur_ros",
-    "franka_desk",
-    "xarm_ft",
     "kinova",
     "doosan",
     "ros2_control",
-    "json_file",
-    "csv_file",
+    "estimate_files",
 )
-"""The file of each target, in the order of lists of targets."""
+"""The files of the targets, in the order of lists of targets."""
 
 
 FARTHEST_COM = 3.0
@@ -54,7 +50,9 @@ then probably not in metres."""
 
 REGISTRY: dict[str, Target] = {
     target.name: target
-    for target in (import_module(f"{__name__}.{file}").TARGET for file in FILES)
+    for file in FILES
+    for target in vars(import_module(f"{__name__}.{file}")).values()
+    if isinstance(target, Target)
 }
 """All targets by name."""
 

@@ -1,11 +1,27 @@
-"""CSV: the estimate itself as a row, in its frame and SI units, even if it is not
-consistent."""
+"""The estimate itself, in its frame and SI units, even if it is not consistent: as JSON,
+and as a row of CSV."""
 
 import io
+import json
 
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import tensor_to_vector
 from hefting.export.target import Target
+
+
+def write_json(estimate: Estimate, name: str) -> str:
+    """JSON that `Estimate.load` reads; it does not hold the name."""
+    return json.dumps(estimate.to_dict(), indent=1) + "\n"
+
+
+JSON = Target(
+    name="json",
+    description="the estimate itself, which Hefting reads back",
+    suffixes=(".json",),
+    write_estimate=write_json,
+    is_read_back=True,
+)
+
 
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 AT_COM = ("mass", "cx", "cy", "cz", *(f"I{e}" for e in ENTRIES))
@@ -55,7 +71,7 @@ def _text(cell: str) -> str:
     return f"'{cell}" if cell.startswith(("=", "+", "-", "@")) else cell
 
 
-TARGET = Target(
+CSV = Target(
     name="csv",
     description="the estimate as one row of a table",
     suffixes=(".csv",),
