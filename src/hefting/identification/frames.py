@@ -1,5 +1,4 @@
-"""Frames: an estimate in the frame of the object, or in any other that is fixed to the
-sensor."""
+"""Frames: an estimate in that of the object, or in another."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,37 +22,35 @@ def in_frame(
     frame: str = "object",
     pose_std: Sequence[float] = (0.0, 0.0),
 ) -> Estimate:
-    """The same estimate in another frame: for a simulator, whose link has the frame of
-    the object's mesh, and to compare grasps of one object.
+    """The same estimate in another frame that is fixed to the sensor.
 
     Parameters
     ----------
     estimate
-        In sensor axes, or what `hefting.identify` returned.
+        An estimate, or what `hefting.identify` returned.
     pose
-        That frame in the sensor frame, as for `identify`; by default the ``object_pose``
-        in the estimate's provenance, where the command writes it.
+        The frame in the sensor's, as for `identify`; by default the object's, which the
+        command keeps in the estimate.
     frame
-        Name of the frame.
+        Its name.
     pose_std
         Standard deviations of the pose [m, rad], along and about each axis.
 
     Returns
     -------
     Estimate
-        Its covariance and intervals follow to first order, so that the intervals are
-        symmetric. What the sensor read, as its bias, is left out.
+        Covariance and intervals follow to first order, so that these are symmetric.
 
     Raises
     ------
     InputError
-        For no pose, or one that is none.
+        Without a pose.
 
     Examples
     --------
     >>> found = hefting.identify("demo/log.csv")
-    >>> hefting.in_frame(found, found.center_of_mass.tolist() + [0, 0, 0, 1]).mass > 0
-    True
+    >>> hefting.in_frame(found, "0,0,0.1,0,0,0,1").frame
+    'object'
     """
     old = estimate_of(estimate)
     pose = old.provenance.get("object_pose") if pose is None else pose

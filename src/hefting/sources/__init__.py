@@ -106,8 +106,10 @@ def source_of(name: str, request: Request | None = None) -> Source:
     """
     scheme, mark, _ = name.partition("://")
     if name == "-":
-        module = "hefting.sources.standard_input"
-    elif not mark:
+        from hefting.sources.tcp import StandardInput
+
+        return StandardInput(name, request or Request())
+    if not mark:
         module = "hefting.sources.played_log"
     elif scheme.lower() in SCHEMES:
         module = SCHEMES[scheme.lower()]
