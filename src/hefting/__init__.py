@@ -33,7 +33,7 @@ _HOME = {
     "errors_between": "core.accuracy",
     "Gravity": "core.gravity",
     "SensorAccuracy": "core.sensor_accuracy",
-    "MassReading": "core.mass_reading",
+    "MassReading": "core.quantity",
     "identify": "identification",
     "calibrate": "identification",
     "Identification": "identification",

@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--pose-std",
         metavar="LENGTH,ANGLE",
-        help="with it: how well each --object-pose is known; default exactly",
+        help="how well each --object-pose is known; default exactly",
     )
     add_json(parser)
 

@@ -103,10 +103,10 @@ def compare(
 ) -> Comparison:
     """Identify the object by several methods from one recording, or from several of it.
 
-    `methods` are names of methods and variants, separated by commas if in one string;
-    ``"all"`` stands for all that can be used; or classes of estimators, or complete
-    ones. `hyperparameters` are fields of estimators, such as ``c1``, for those of the
-    others that have them, `reading` other arguments of
+    `methods` are names of methods and variants, separated by commas if in one string, of
+    which ``"all"`` stands for all that can be used, classes of estimators, or complete
+    ones. `hyperparameters`, such as ``c1``, are for those of the others that have them,
+    `reading` other arguments of
     `hefting.identify`. Raises `InputError` for an unknown method or hyperparameter, for a
     named method whose needs are not given, and as `hefting.identify` does.
     """

@@ -114,15 +114,13 @@ def identify(
         differ from `time`. Without `time` each sample is a static pose.
     sign : {"auto", "on-object", "on-sensor"}
         Body that the recorded wrench acts on; ``"auto"`` determines it from gravity.
-        `wrench` accepts these words too.
     unit : str, optional
         Length unit of the shape's file, mesh or points: m, cm, mm or in.
     object_pose : (4, 4) or seven numbers, optional
         Pose of its frame in the sensor frame: a matrix, or x, y, z [m], qx, qy, qz, qw.
     method : str, Estimator, its class, or a list of these, optional
-        Name of an estimator (`hefting methods` lists them) or of a variant; its class,
-        also one of your own; a complete estimator; or several of these for a comparison,
-        also as ``"OLS,LMI"`` or ``"all"``. By default Bayes.
+        Of an estimator or a variant (`hefting methods` lists them), or of your own; a
+        list, ``"OLS,LMI"`` and ``"all"`` are compared. By default Bayes.
     gravity : (3,), Gravity or "estimate"
         In world axes [m/s²], exactly known; `Gravity.at` a latitude; ``"estimate"``
         finds its direction, for a robot on a tilted base. By default standard gravity,

@@ -90,7 +90,7 @@ def reading_of(a: Any) -> dict[str, Any]:
 
 def hyperparameters_of(a: Any) -> dict[str, Any]:
     """The given hyperparameters, by their names in the estimators."""
-    from hefting.core.mass_reading import MassReading
+    from hefting.core.quantity import MassReading
     from hefting.estimators import options
 
     settings = {
