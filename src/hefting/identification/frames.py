@@ -1,5 +1,7 @@
 """Frames: an estimate in that of the object, or in another."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -105,11 +105,10 @@ def source_of(name: str, request: Request | None = None) -> Source:
     understand.
     """
     scheme, mark, _ = name.partition("://")
+    kind = "SOURCE"
     if name == "-":
-        from hefting.sources.tcp import StandardInput
-
-        return StandardInput(name, request or Request())
-    if not mark:
+        module, kind = SCHEMES["tcp"], "StandardInput"
+    elif not mark:
         module = "hefting.sources.played_log"
     elif scheme.lower() in SCHEMES:
         module = SCHEMES[scheme.lower()]
@@ -118,7 +117,7 @@ def source_of(name: str, request: Request | None = None) -> Source:
         what = f"'{scheme[:40]}://' is no source"
         fix = f"use {known}, - for standard input, or a log"
         raise InputError(what, name, fix)
-    return import_module(module).SOURCE(name, request or Request())
+    return getattr(import_module(module), kind)(name, request or Request())
 
 
 MAX_MESSAGE = 1_000_000
