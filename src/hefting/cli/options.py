@@ -115,8 +115,7 @@ def add_object_frame(parser: argparse._ActionsContainer, verb: str) -> None:
     parser.add_argument(
         "--object-frame",
         action="store_true",
-        help=f"{verb} the frame of the shape's file, by the --object-pose with which the "
-        "object was identified",
+        help=f"{verb} the frame of the shape's file, by its --object-pose",
     )
 
 

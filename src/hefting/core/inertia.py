@@ -310,14 +310,14 @@ def congruence(G: Array) -> Array:
 
 
 def moving(pose_old_in_new: Array) -> Array:
-    """(10, 10) takes parameters in a frame to those of the same body in another, in which
-    the first has this pose (4, 4)."""
+    """(10, 10) takes parameters to those in a frame in which the old one has this pose
+    (4, 4)."""
     return PARAMETERS_OF @ congruence(pose_old_in_new) @ COORDINATES_OF
 
 
 def misplaced(vector: Array, pose_std: Sequence[float]) -> Array:
-    """Covariance (10, 10) of parameters (10,) by errors of the frame's pose, whose
-    standard deviations [m, rad] are along and about each axis."""
+    """Covariance (10, 10) of parameters (10,) by errors of the frame's pose [m, rad],
+    along and about each axis."""
     errors = np.tile(np.eye(4), (6, 1, 1))
     errors[:3, :3, 3] = pose_std[0] * np.eye(3)
     errors[3:, :3, :3] = [rotation_by(pose_std[1] * axis) for axis in np.eye(3)]

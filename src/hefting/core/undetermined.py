@@ -74,8 +74,7 @@ class Undetermined:
         return cls(mass, com, inertia, filled_from)
 
     def turned(self, rotation: Array) -> Self:
-        """The same along axes turned by a rotation (3, 3): a number is open if one of
-        those from which it follows is."""
+        """The same in turned axes: a number is open if one from which it follows is."""
         from_ = np.abs(rotation) > 1e-9
         com, inertia = self.center_of_mass, self.inertia_at_com
         return replace(
@@ -161,8 +160,8 @@ NOTHING = 1e-12
 
 
 def mapped(covariance: Array, derivative: Array) -> Array:
-    """Covariance (n, n) of numbers with this derivative (n, 10) by the ten parameters;
-    the variance is infinite of those that follow from an open one."""
+    """Covariance (n, n) of numbers by their derivative (n, 10); the variance is infinite
+    of those that follow from an open parameter."""
     open_ = np.isinf(covariance.diagonal())
     known = np.where(np.isinf(covariance), 0.0, covariance)
     of_all = derivative @ known @ derivative.T
