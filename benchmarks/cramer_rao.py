@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
-from hefting.core.estimate import com_jacobian
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_regressor
 from hefting.core.spatial import Array, skew, tensor_to_vector, vector_to_tensor

@@ -9,8 +9,8 @@ from benchmarks.bodies import Body
 from benchmarks.method_runs import MethodRun, judged
 from benchmarks.sensor_accuracy_runs import measured, methods
 from hefting.core.errors import NotIdentifiableError
-from hefting.core.mass_reading import MassReading
 from hefting.core.messages import codes
+from hefting.core.quantity import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 
 SHARES = (2e-4, 0.02)

@@ -12,12 +12,12 @@ from hefting.core.estimate import Estimate as Estimate
 from hefting.core.gravity import Gravity as Gravity
 from hefting.core.inertia import Consistency as Consistency
 from hefting.core.inertia import InertialParameters as InertialParameters
-from hefting.core.mass_reading import MassReading as MassReading
 from hefting.core.measurements import NOISE_LEVELS as NOISE_LEVELS
 from hefting.core.measurements import Measurements as Measurements
 from hefting.core.measurements import MotionNoise as MotionNoise
 from hefting.core.measurements import Noise as Noise
 from hefting.core.moments import Moments as Moments
+from hefting.core.quantity import MassReading as MassReading
 from hefting.core.recording import Recording as Recording
 from hefting.core.recording import Stream as Stream
 from hefting.core.sensor_accuracy import SensorAccuracy as SensorAccuracy
@@ -27,6 +27,7 @@ from hefting.identification import Identification as Identification
 from hefting.identification import calibrate as calibrate
 from hefting.identification import identify as identify
 from hefting.identification.agreement import compare as compare
+from hefting.identification.frames import in_frame as in_frame
 from hefting.identification.live import Live as Live
 from hefting.identification.live import LiveState as LiveState
 from hefting.ingest import condition as condition

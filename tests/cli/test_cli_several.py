@@ -12,6 +12,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Noise
 from hefting.core.messages import error
+from hefting.core.spatial import inverse_pose, pose_matrix
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, random_smooth, simulate, truth
 
@@ -158,6 +159,69 @@ def test_estimates_of_two_objects_contradict(run, folder):
     status, out, _ = run("compare", *paths, "--json")
     assert status == 3
     assert not json.loads(out)["agree"]
+
+
+def in_grasps(run, folder):
+    """Paths of estimates of the hammer in two grasps, with its pose."""
+    held = Estimate.load(identified(run, folder, "a"))
+    turned = (0.02, -0.01, 0.03, 0.0, 0.0, 0.6, 0.8)
+    poses = {"one": (0, 0, 0, 0, 0, 0, 1), "two": turned}
+    for name, pose in poses.items():
+        grasped = hefting.in_frame(
+            held, inverse_pose(pose_matrix(pose)), frame="sensor"
+        )
+        text = ",".join(map(str, pose))
+        made = held.provenance | {"shape": "hammer.stl", "object_pose": text}
+        replace(grasped, provenance=made).save(folder / f"{name}.json")
+    return [folder / f"{name}.json" for name in poses]
+
+
+def test_one_object_in_two_grasps_agrees_in_its_own_frame(run, folder):
+    paths = in_grasps(run, folder)
+    status, out, _ = run("compare", *paths)
+    assert (status, out.split(":")[0]) == (3, "they contradict one another")
+    status, out, err = run("compare", *paths, "--object-frame")
+    assert (status, err) == (0, "")
+    assert "the same object at the poses that are given, in its frame. ± 95 %" in out
+    assert "same grasp" not in out
+    _, out, _ = run("compare", *paths, "--object-frame", "--json")
+    ends = np.array([one["intervals"] for one in json.loads(out)["estimates"]])
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-6, atol=1e-9)
+    wide = run("compare", *paths, "--object-frame", "--pose-std", "3mm,0deg", "--json")
+    wider = np.array(json.loads(wide[1])["estimates"][0]["intervals"])
+    half = 0.5 * np.diff([ends[0], wider], axis=1)[:, 0, 1:4]
+    np.testing.assert_allclose(half[1], np.hypot(half[0], 1.96 * 3e-3), rtol=1e-2)
+    assert refused(run("compare", *paths, "--pose-std", "3mm,0deg"), "--object-frame")
+    nowhere = identified(run, folder, "a"), paths[1]
+    assert refused(run("compare", *nowhere, "--object-frame"), "where the object is")
+
+
+def test_an_inertial_in_the_objects_frame(run, folder):
+    path = in_grasps(run, folder)[1]
+    held = Estimate.load(folder / "one.json")
+    status, out, err = run("export", path, "--to", "csv", "--object-frame")
+    assert (status, err) == (0, "")
+    row = dict(zip(*(line.split(",") for line in out.splitlines()), strict=True))
+    assert row["frame"] == "object"
+    com = [float(row[name]) for name in ("cx", "cy", "cz")]
+    np.testing.assert_allclose(com, held.center_of_mass, rtol=1e-9, atol=1e-12)
+    _, out, _ = run("export", path, "--to", "urdf", "--object-frame")
+    assert "link frame: object" in out
+    _, _, err = run("export", path, "--output", folder / "held.sdf")
+    assert err == ""
+    assert "<sdf" in (folder / "held.sdf").read_text()
+    robot = folder / "robot.urdf"
+    robot.write_text('<robot name="r"><link name="tool"/></robot>')
+    _, out, _ = run("export", path, "--into", robot, "--link", "tool")
+    assert "<inertial>" in out
+    assert refused(
+        run("export", path, "--output", folder / "held.txt"), "--to: missing"
+    )
+    exported = "export", path, "--to", "json", "--object-frame"
+    _, out, _ = run(*exported, "--object-pose", "0,0,0")
+    com = json.loads(out)["center_of_mass"]
+    np.testing.assert_allclose(com, Estimate.load(path).center_of_mass, rtol=1e-9)
+    assert refused(run("export", path, "--to", "ur", "--object-frame"), "sensor axes")
 
 
 def test_an_estimate_in_doubt_is_told(run, folder):

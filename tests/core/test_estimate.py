@@ -9,11 +9,13 @@ import pytest
 
 from hefting import __version__
 from hefting.core.errors import InputError
-from hefting.core.estimate import Certificate, Estimate, com_jacobian
+from hefting.core.estimate import Certificate, Estimate
 from hefting.core.estimate_json import SCHEMA
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.messages import note, warning
-from hefting.core.spatial import tensor_to_vector
+from hefting.core.spatial import (
+    tensor_to_vector,
+)
 from hefting.core.undetermined import Undetermined
 from hefting.estimators import OLS, PMD
 from hefting.shapes import Shape

@@ -127,6 +127,16 @@ def test_what_is_no_rigid_motion_is_refused(rng):
         check_pose(good.T)
 
 
+def test_a_pose_of_few_digits_becomes_the_nearest_rigid_motion(rng):
+    good = random_pose(rng)
+    found = check_pose(good.round(4))
+    turns = found[:3, :3]
+    np.testing.assert_allclose(turns @ turns.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(found, good, atol=1e-4)
+    with pytest.raises(InputError, match="proper rotation"):
+        check_pose(good.round(2))
+
+
 def test_inverse_pose(rng):
     A, B = random_pose(rng), random_pose(rng)
     np.testing.assert_allclose(inverse_pose(A) @ A, np.eye(4), atol=1e-15)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hefting.core.estimate import Estimate, com_jacobian
-from hefting.core.inertia import InertialParameters
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.spatial import PARAMETERS, vector_to_tensor
 from hefting.core.undetermined import LONGEST_ORIGIN, Undetermined
 from random_problems import random_body

@@ -10,9 +10,9 @@ from scipy.optimize import least_squares
 from estimators.test_point_intervals import METHODS, ends
 from hammers import exact, noisy, shape
 from hefting.core.errors import InputError
-from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.messages import codes, verdict_of
+from hefting.core.quantity import MassReading
 from hefting.core.regressor import full_regressor
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.estimators import GEO, LMI, OLS, PMD, Bayes

@@ -8,8 +8,7 @@ from scipy.stats import multivariate_normal, norm
 
 from hammers import shape
 from hefting.core.errors import InputError
-from hefting.core.estimate import com_jacobian
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.prior import Prior

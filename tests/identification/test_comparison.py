@@ -12,7 +12,14 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
-from hefting.estimators import METHODS, VARIANTS, describe_methods, method_named
+from hefting.estimators import (
+    METHODS,
+    OLS,
+    PMD,
+    VARIANTS,
+    describe_methods,
+    method_named,
+)
 from hefting.estimators.base import INVARIANCES
 from hefting.identification import compare as comparison
 from hefting.identification import identify
@@ -124,6 +131,26 @@ def test_a_list_keeps_its_order_and_repeats_nothing(recording, shape):
     assert list(found.results) == ["RTLS", "GEO"]
     with pytest.raises(InputError, match="unknown method 'GEE'"):
         compare(recording, shape, ["GEE"])
+
+
+def test_own_methods_and_complete_ones_are_compared_with_others(recording, shape):
+    class Own(OLS):
+        """A method that is not in the list."""
+
+    strong = PMD(shape, regularization=10.0)
+    methods = ["OLS", Own, strong, PMD]
+    found = identify(recording, shape, method=methods, bias="none")
+    assert list(found.results) == ["OLS", "Own", "PMD", "PMD 2"]
+    own, ols = (found.results[name].parameters.vector for name in ("Own", "OLS"))
+    np.testing.assert_array_equal(own, ols)
+    assert found.estimators["PMD"] is strong
+    assert found.estimators["PMD 2"].regularization != 10.0
+    alone = identify(recording, shape, method=Own, bias="none")
+    np.testing.assert_array_equal(alone.estimate.parameters.vector, ols)
+    given = compare(
+        recording, shape, [strong, "PMD"], hyperparameters={"regularization": 1.0}
+    )
+    assert [e.regularization for e in given.estimators.values()] == [10.0, 1.0]
 
 
 def test_hyperparameters_go_to_those_that_have_them(recording, shape):

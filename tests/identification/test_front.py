@@ -226,7 +226,8 @@ def test_a_tool_from_its_file(recording, tmp_path):
         ({"method": "LIM"}, "unknown method 'LIM'"),
         ({"method": 5}, "unknown method '5'"),
         ({"method": []}, "no method is named"),
-        ({"method": [hefting.OLS()]}, "compared by name, not OLS"),
+        ({"method": ["OLS", 5]}, "unknown method '5'"),
+        ({"method": [hefting.LMI()], "c1": 3.0}, "none of LMI has a 'c1'"),
         ({"method": hefting.LMI(), "c1": 3.0}, "`c1` is given beside an estimator"),
         (
             {"method": hefting.PMD(SHAPE), "shape": "box:0,1,0,1,0,1"},

@@ -32,6 +32,14 @@ def test_a_rotation_vector_stays_one(around, amplitude):
     assert form_of_angles(angles) == ("rotation-vector", "")
 
 
+def test_in_degrees_they_are_roll_pitch_and_yaw_unless_these_would_jump():
+    turns = smooth(WIDE, Rotation.identity())
+    for angles in (turns.as_euler("xyz"), turns.as_rotvec()):  # neither jumps
+        assert form_of_angles(angles, in_degrees=True) == ("rpy", "in degrees")
+    upright = smooth(WIDE, Rotation.from_euler("y", np.pi / 2)).as_rotvec()
+    assert form_of_angles(upright, in_degrees=True)[0] == "rpy"
+
+
 def test_what_jumps_by_either_form_is_taken_for_the_usual_one():
     angles = Rotation.random(100, random_state=0).as_euler("xyz")
     assert form_of_angles(angles) == ("rotation-vector", "")

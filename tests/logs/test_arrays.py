@@ -5,7 +5,7 @@ from datetime import UTC, timedelta, timezone
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import RigidTransform, Rotation
 
 import hefting
 from hefting.core.errors import InputError
@@ -35,8 +35,19 @@ def angle(orientation) -> float:
         {"position": POSITION.tolist(), "orientation": (-QUATERNIONS).tolist()},
         {"pose": MATRICES},
         {"pose": np.hstack((POSITION, QUATERNIONS))},
+        {"position": POSITION, "orientation": list(TURNS)},
+        {"pose": RigidTransform.from_matrix(MATRICES)},
     ],
-    ids=["quaternions", "Rotation", "matrices", "lists", "poses", "seven numbers"],
+    ids=[
+        "quaternions",
+        "Rotation",
+        "matrices",
+        "lists",
+        "poses",
+        "seven",
+        "Rotations",
+        "RigidTransform",
+    ],
 )
 def test_every_form_of_a_pose_is_the_same(poses):
     recording = as_recording(time=TIME, wrench=WRENCH, **poses)

@@ -153,7 +153,7 @@ def test_a_new_format_is_read_and_written(tmp_path):
     fails(tmp_path / "absent.toy", "cannot be read")
     fails(
         tmp_path / "log.plaything",
-        "column map (`column_map`) is for CSV, Parquet, NumPy, MATLAB, JSON lines and Arrow",
+        "column map (`column_map`) is for CSV, Parquet, Arrow, NumPy, MATLAB and JSON lines",
         column_map="map.toml",
     )
     fails(tmp_path / "log.plaything", "`wrench_topic` is for bags", wrench_topic="/ft")
@@ -182,7 +182,7 @@ def test_errors_name_a_new_format(tmp_path):
 def test_the_help_of_commands_names_a_new_format(run, command):
     words = " ".join(run(command, "--help")[1].split())
     assert (
-        ": .csv, .parquet, .npz, .mat, .jsonl, .feather, ROS bag, .mcap or .toy; - reads"
+        ": .csv, .parquet, .feather, .npz, .mat, .jsonl, ROS bag, .mcap or .toy; - reads"
         in words
     )
     assert "--toy-sign +|- of a toy: sign of the wrench" in words
@@ -241,13 +241,13 @@ def test_a_new_table_takes_maps_and_all_headers(run, tmp_path):
     assert "UR real-time record" in str(read_log(path).notes[0])
     fails(
         path.rename(tmp_path / "log.bag"),
-        "is for CSV, Parquet, NumPy, MATLAB, JSON lines, Arrow and Reversed",
+        "is for CSV, Parquet, Arrow, NumPy, MATLAB, JSON lines and Reversed",
         column_map=chosen,
     )
     words = " ".join(run("convert", "--help")[1].split())
     assert "canonical .csv, .parquet or .vsc; a bag" in words
     assert (
-        "which columns of a CSV, Parquet, NumPy, MATLAB, JSON lines, Arrow or Reversed hold what"
+        "which columns of a CSV, Parquet, Arrow, NumPy, MATLAB, JSON lines or Reversed hold what"
         in words
     )
 
@@ -259,10 +259,10 @@ def test_an_added_format_is_gone_after_its_test(tmp_path):
     assert [each.name for each in formats()] == [
         "CSV",
         "Parquet",
+        "Arrow",
         "NumPy",
         "MATLAB",
         "JSON lines",
-        "Arrow",
         "UR real-time record",
         "bag",
     ]

@@ -315,7 +315,7 @@ def test_options_and_maps_that_do_not_apply(tmp_path):
     bag = path.rename(tmp_path / "log.bag")
     fails(
         bag,
-        "column map (`column_map`) is for CSV, Parquet, NumPy, MATLAB, JSON lines and Arrow",
+        "column map (`column_map`) is for CSV, Parquet, Arrow, NumPy, MATLAB and JSON lines",
         column_map=tmp_path / "map.toml",
     )
 

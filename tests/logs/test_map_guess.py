@@ -40,7 +40,7 @@ CASES = {
         (
             1e3 * TIME,
             1e3 * POSITION,
-            np.degrees(TURNS.as_rotvec()),
+            np.degrees(TURNS.as_euler("xyz")),
             WRENCH * ((1.0,) * 3 + (1e3,) * 3),
         ),
     ),
@@ -112,6 +112,7 @@ def test_units_below_the_header_and_decimal_commas(tmp_path):
 
 GUESSED = {
     "rx[rad] ry[rad] rz[rad]": ("rotation-vector", 'or "rpy", or "euler"'),
+    "rx[deg] ry[deg] rz[deg]": ("rpy", 'in degrees; or "euler"'),
     "rotvec_x rotvec_y rotvec_z": ("rotation-vector", ""),
     "A B C": ("euler", "as of KUKA"),
     "theta_x theta_y theta_z": ("rpy", 'or "euler"'),

@@ -184,7 +184,7 @@ NAMES = {
     "Japanese": (
         "時刻[s] 位置X[mm] 位置Y[mm] 位置Z[mm] 姿勢Rx[deg] 姿勢Ry[deg] 姿勢Rz[deg] 力X[N] 力Y[N]"
         " 力Z[N] モーメントX[N・mm] モーメントY[N・mm] モーメントZ[N・mm]",
-        (TIME, 1e3 * POSITION, np.degrees(TURNS.as_rotvec()), NEWTON_MILLIMETRES),
+        (TIME, 1e3 * POSITION, np.degrees(TURNS.as_euler("xyz")), NEWTON_MILLIMETRES),
     ),
     "French": (
         "Temps(s) X Y Z qx qy qz qw ForceX(N) ForceY(N) ForceZ(N)"
@@ -216,6 +216,14 @@ NAMES = {
         "time x y z qx qy qz qw gripper_fx gripper_fy gripper_fz gripper_tx gripper_ty"
         " gripper_tz fx fy fz tx ty tz",
         (*PLAIN[:3], 0.9 * WRENCH, WRENCH),
+    ),
+    "a wrench's six by one word": (
+        "t x y z roll pitch yaw FT_X FT_Y FT_Z FT_RX FT_RY FT_RZ",
+        (TIME, POSITION, TURNS.as_euler("xyz"), WRENCH),
+    ),
+    "a wrench and its torque": (
+        "t x y z roll pitch yaw wrench_x wrench_y wrench_z torque_x torque_y torque_z",
+        (TIME, POSITION, TURNS.as_euler("xyz"), WRENCH),
     ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
@@ -285,6 +293,16 @@ def test_of_a_wrench_that_a_controller_estimates_the_load_is_asked():
     for case in ("Franka", "Franka in base axes", "Franka in both axes"):
         got = hefting.as_recording(frame_of(*NAMES[case]))
         assert codes(got.warnings) == {"columns-by-name", "payload-unknown"}
+
+
+@pytest.mark.parametrize("names", ["t pos_{}", "time p{}"])
+def test_why_set_points_are_not_read_is_said(names):
+    at, place = names.split()
+    place = " ".join(place.format(axis) for axis in "xyz")
+    turn = " ".join(f"target_q{axis}" for axis in "xyzw")
+    frame = frame_of(f"{at} {place} {turn} fx fy fz tx ty tz", PLAIN)
+    with pytest.raises(InputError, match="names with target are of set points"):
+        hefting.as_recording(frame)
 
 
 def test_what_names_tell_is_said_where_they_do_not_tell_all():

@@ -190,7 +190,7 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
         (
             wrench,
             tmp_path / "held.bag",
-            "only CSV, .* JSON lines and Arrow are read in two files",
+            "only CSV, .* MATLAB and JSON lines are read in two files",
         ),
         (wrench, tmp_path / "none.csv", "none.csv: does not exist"),
     )

@@ -13,7 +13,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import fields_of
 from hefting.core.inertia import PARAMETERS_OF
-from hefting.core.mass_reading import MassReading
+from hefting.core.quantity import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.undetermined import Undetermined
 from hefting.estimators import (

@@ -10,13 +10,11 @@ from scipy.spatial.transform import Rotation
 from hammers import noisy
 from hefting.core import regressor, spatial
 from hefting.core.accuracy import Accuracy, errors_between
-from hefting.core.estimate import com_jacobian
 from hefting.core.gravity import Gravity, normal_gravity
-from hefting.core.inertia import InertialParameters
-from hefting.core.mass_reading import MassReading
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.measurements import Noise
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
-from hefting.core.quantity import decimals, quantity, rounded
+from hefting.core.quantity import MassReading, decimals, quantity, rounded
 from hefting.core.sensor_accuracy import SHEETS, SensorAccuracy
 from hefting.core.torque_moments import TorqueMoments, merged, pseudo_inverse_half
 from hefting.core.undetermined import Covariance

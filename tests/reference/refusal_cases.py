@@ -15,9 +15,8 @@ from hefting.core.errors import InputError
 from hefting.core.estimate_json import fields_of
 from hefting.core.gravity import Gravity
 from hefting.core.inertia import InertialParameters
-from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Measurements
-from hefting.core.quantity import quantity
+from hefting.core.quantity import MassReading, quantity
 from hefting.core.recording import Recording, Stream
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.undetermined import Undetermined

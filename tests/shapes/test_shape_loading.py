@@ -9,10 +9,10 @@ import sys
 import numpy as np
 import pytest
 import trimesh
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from hefting.core.errors import InputError
-from hefting.shapes import Shape, load_shape, parse_pose
+from hefting.shapes import Shape, as_pose, load_shape, parse_pose
 from hefting.shapes.reading import read_mesh
 from solids import POSE, SOLIDS
 
@@ -124,12 +124,28 @@ def test_pose_as_numbers_and_files(tmp_path):
     seven = [0.1, -0.2, 0.3, *Rotation.from_euler("z", 90, degrees=True).as_quat()]
     expected = [[0, -1, 0, 0.1], [1, 0, 0, -0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]]
     path = tmp_path / "pose.json"
+    given = RigidTransform.from_matrix(np.array(expected, dtype=float))
+    np.testing.assert_allclose(as_pose(given), expected, atol=1e-15)
     for text in (",".join(map(str, seven)), json.dumps(seven), json.dumps(expected)):
         source = text
         if text.startswith("["):
             path.write_text(text)
             source = path
         np.testing.assert_allclose(parse_pose(source), expected, atol=1e-15)
+
+
+def test_pose_in_a_text_file(tmp_path):
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("xyz", (0.1, 0.2, 0.3)).as_matrix()
+    path = tmp_path / "pose.txt"
+    for numbers in (pose, [[0.1, -0.2, 0.3]]):
+        for options in ({}, {"delimiter": ","}, {"fmt": "%.6f"}):
+            np.savetxt(path, numbers, **options)
+            expected = pose if len(numbers) == 4 else parse_pose("0.1,-0.2,0.3")
+            np.testing.assert_allclose(parse_pose(path), expected, atol=1e-6)
+    np.savetxt(path, pose[:3])
+    with pytest.raises(InputError, match="not a pose"):
+        parse_pose(path)
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,15 @@
 import argparse
 
 from hefting.cli import render
-from hefting.cli.options import add_json, read_estimate
+from hefting.cli.options import add_json, add_object_frame, read_estimate
 from hefting.cli.outputs import print_object
 from hefting.core.errors import InputError
 
-EXAMPLES = ("hefting compare monday.json tuesday.json", "hefting compare *.json --json")
+EXAMPLES = (
+    "hefting compare monday.json tuesday.json",
+    "hefting compare *.json --json",
+    "hefting compare grasp1.json grasp2.json --object-frame --pose-std 1mm,1deg",
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,7 +21,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ESTIMATE.json",
         nargs="+",
         help="two or more, as hefting identify --output wrote them; of the same object "
-        "in the same grasp, in the same sensor frame",
+        "in the same grasp, in the same sensor frame, or with --object-frame in any",
+    )
+    add_object_frame(parser, "compare several grasps in")
+    parser.add_argument(
+        "--pose-std",
+        metavar="LENGTH,ANGLE",
+        help="how well each --object-pose is known; default exactly",
     )
     add_json(parser)
 
@@ -27,6 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     one another."""
     from hefting.cli.report import STATUS_DO_NOT_USE
     from hefting.identification.agreement import Agreement
+    from hefting.request.settings import in_object_frame
 
     paths: list[str] = arguments.estimates
     if len(paths) < 2:
@@ -36,7 +47,13 @@ def run(arguments: argparse.Namespace) -> int:
     for i, path in enumerate(paths):
         if path in paths[:i]:
             raise InputError("is given twice", path, "give two different estimates")
-    agreement = Agreement.of({path: read_estimate(path) for path in paths})
+    estimates = {path: read_estimate(path) for path in paths}
+    if arguments.object_frame:
+        for path, estimate in estimates.items():
+            estimates[path] = in_object_frame(estimate, None, arguments.pose_std)
+    elif arguments.pose_std:
+        raise InputError("is for --object-frame", "--pose-std", "give that as well")
+    agreement = Agreement.of(estimates)
     if arguments.json:
         print_object(agreement)
     else:

@@ -8,6 +8,7 @@ from hefting.cli import render
 from hefting.cli.options import (
     ESTIMATE,
     add_export,
+    add_object_frame,
     add_shape,
     check_output,
     fill_inertia_of,
@@ -16,7 +17,7 @@ from hefting.cli.options import (
 from hefting.cli.parser import say, wrote
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.request.settings import pose_of, require_shape, shape_of
+from hefting.request.settings import in_object_frame, pose_of, require_shape, shape_of
 
 if TYPE_CHECKING:
     from hefting.export import Exported
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "hefting export mug.json --to urdf --output mug.urdf",
     "hefting export mug.json --to urdf --into robot.urdf --link tool0",
+    "hefting export mug.json --to mjcf --object-frame --into scene.xml --link mug",
     "hefting export mug.json --to ur --sensor-pose-in-flange 0,0,0.03,0,0,0,1",
     "hefting identify log.csv --json | hefting export - --to mjcf",
 )
@@ -36,13 +38,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("estimate", metavar="ESTIMATE.json", help=ESTIMATE)
     targets = join_words(TARGETS, "or")
-    parser.add_argument("--to", metavar="TARGET", required=True, help=targets)
+    parser.add_argument(
+        "--to",
+        metavar="TARGET",
+        help=f"{targets}; default by the ending of --into or --output",
+    )
     formats = join_words(INSERTABLE.values(), "or")
     parser.add_argument(
         "--into", metavar="FILE", help=f"put it into a link of this {formats} file"
     )
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
     add_export(parser)
+    add_object_frame(parser, "write in")
     add_shape(parser.add_argument_group("the object's shape, for --fill-inertia shape"))
     parser.add_argument(
         "-o", "--output", metavar="FILE", help="write there instead of printing"
@@ -51,9 +58,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
-    from hefting.export import export
+    from hefting.export import SUFFIXES, export
 
     a = arguments
+    if a.to is None:
+        a.to = SUFFIXES.get(Path(a.into or a.output or "").suffix.lower())
+    if a.to is None:
+        raise InputError("missing", "--to", "see hefting export --help")
+    pose = a.object_pose
+    if a.object_frame:  # the shape is in it, too
+        a.object_pose = None
     require_shape(a)
     if a.output:
         check_output(a.output, a)
@@ -64,8 +78,9 @@ def run(arguments: argparse.Namespace) -> None:
     if shape is not None and a.fill_inertia != "shape":
         what = "a shape is for --fill-inertia shape"
         raise InputError(what, fix="give that as well")
+    estimate = read_estimate(a.estimate)
     exported = export(
-        read_estimate(a.estimate),
+        in_object_frame(estimate, pose) if a.object_frame else estimate,
         a.to,
         flange,
         a.into,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 GRAVITY = "0,0,-9.80665"
 """`hefting.core.spatial.STANDARD_GRAVITY` as on the command line."""
-POSE = "x,y,z[,qx,qy,qz,qw] [m], or a JSON file with a 4 x 4 matrix"
+POSE = "x,y,z[,qx,qy,qz,qw] [m], or a file with a 4 x 4 matrix"
 OUTPUTS = {"output", "report", "record", "save", "repair"}
 """Options that name files to write."""
 ESTIMATE = "written by hefting identify --output; - reads standard input"
@@ -107,6 +107,15 @@ def add_export(parser: argparse._ActionsContainer) -> None:
         metavar="shape|point",
         help="where the recording leaves the inertia open, write that of the shape "
         "with the mass evenly spread, or of a point: simulators need one",
+    )
+
+
+def add_object_frame(parser: argparse._ActionsContainer, verb: str) -> None:
+    """The option for numbers in the object's frame."""
+    parser.add_argument(
+        "--object-frame",
+        action="store_true",
+        help=f"{verb} the frame of the shape's file, by its --object-pose",
     )
 
 

@@ -23,11 +23,16 @@ from hefting.core.estimate_json import (
     recommended_of,
 )
 from hefting.core.files import read_json, write_atomically
-from hefting.core.inertia import Consistency, InertialParameters
+from hefting.core.inertia import Consistency, InertialParameters, com_jacobian
 from hefting.core.messages import Message, Verdict, error, verdict_of, warning
-from hefting.core.spatial import Array, freeze, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.spatial import Array, freeze, vector_to_tensor
 from hefting.core.summary import Shown, body_lines, samples_told, warning_lines
-from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
+from hefting.core.undetermined import (
+    NOTHING_OPEN,
+    Undetermined,
+    mapped,
+    undetermined_mass,
+)
 
 NORMAL_95 = 1.96
 """Half-width of a 95 % interval of a normal variable over its standard deviation."""
@@ -90,6 +95,8 @@ class Estimate(Shown):
     """What the user should know before trusting it."""
     provenance: dict[str, Any] = field(default_factory=dict[str, Any])
     """Read and assumed: log, gravity, wrench sign, bias, motion, hyperparameters."""
+    frame: str = "sensor"
+    """Frame of the numbers; another after `hefting.in_frame`."""
 
     def __post_init__(self):
         freeze(self, "covariance", "bias", "point_masses", "residual")
@@ -221,13 +228,10 @@ class Estimate(Shown):
         m²] (3, 3), to first order."""
         if self.covariance is None:
             return None
-        open_ = np.isinf(self.covariance.diagonal())
-        known = np.where(np.isinf(self.covariance), 0.0, self.covariance)
         # a mass of zero leaves the COM open
         with np.errstate(divide="ignore", invalid="ignore"):
             J = com_jacobian(self.parameters)
-            variance = np.einsum("ij,jk,ik->i", J, known, J)
-        variance[(J[:, open_] != 0.0).any(axis=1)] = np.inf
+            variance = mapped(self.covariance, J).diagonal()
         std = np.sqrt(np.where(variance >= 0, variance, np.nan))
         return {
             "mass": std[0],
@@ -248,7 +252,7 @@ class Estimate(Shown):
                 "schema": SCHEMA,
                 "version": __version__,
                 "method": self.method,
-                "frame": "sensor",
+                "frame": self.frame,
                 "verdict": self.verdict.level,
                 "reasons": list(self.verdict.reasons),
                 "mass": p.mass,
@@ -346,11 +350,18 @@ def estimate_of(given: Estimate | Answered) -> Estimate:
     return estimate
 
 
-def estimate_given(given: Estimate | Answered | str | Path) -> Estimate:
-    """As `estimate_of`, or from the file at a path."""
+def estimate_given(
+    given: Estimate | Answered | str | Path, any_frame: bool = False
+) -> Estimate:
+    """As `estimate_of`, or from the file at a path; `InputError` for one in another frame
+    than the sensor's, unless any will do."""
     if isinstance(given, str | Path):
         return Estimate.load(given)
-    return estimate_of(given)
+    estimate = estimate_of(given)
+    if estimate.frame != "sensor" and not any_frame:
+        what = f"the estimate is in the frame {estimate.frame}, not the sensor's"
+        raise InputError(what, fix="give that from which it was made")
+    return estimate
 
 
 def doubts_of(estimate: Estimate) -> Iterator[Message]:
@@ -359,18 +370,3 @@ def doubts_of(estimate: Estimate) -> Iterator[Message]:
         first = estimate.verdict.reasons[0]
         say = warning if estimate.verdict.usable else error
         yield say("estimate-doubtful", f"of the estimate: {first}")
-
-
-def com_jacobian(parameters: InertialParameters) -> Array:
-    """Derivative (10, 10) of mass, COM and inertia at the COM (xx, xy, xz, yy, yz, zz)
-    by the parameter vector."""
-    m, c = parameters.mass, parameters.center_of_mass
-    J = np.zeros((10, 10))
-    J[0, 0] = 1.0
-    J[1:4, 0], J[1:4, 1:4] = -c / m, np.eye(3) / m
-    J[4:, 4:] = np.eye(6)
-    # inertia at COM = inertia at origin + m [c]x[c]x = J_o + [mc]x[mc]x / m
-    J[4:, 0] = -tensor_to_vector(skew(c) @ skew(c))
-    for i, unit in enumerate(np.eye(3)):
-        J[4:, 1 + i] = tensor_to_vector(skew(unit) @ skew(c) + skew(c) @ skew(unit))
-    return J

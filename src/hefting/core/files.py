@@ -70,7 +70,7 @@ def check_size(path: str | Path, largest: float | None = None) -> None:
         raise InputError(what, path, "cut out the part of interest")
 
 
-def _read(path: str | Path, largest: int, kind: str) -> bytes:
+def read_bytes(path: str | Path, largest: int, kind: str) -> bytes:
     """The bytes of a file; `InputError` when it cannot be read or has too many."""
     check_readable(path)
     try:
@@ -88,7 +88,7 @@ def _read(path: str | Path, largest: int, kind: str) -> bytes:
 def read_json(path: str | Path, fix: str | None = None) -> Any:
     """The content of a JSON file. `InputError` when it cannot be read, is too large or
     too deep, or is not JSON, with what to do then."""
-    data = _read(path, MAX_JSON, "JSON")
+    data = read_bytes(path, MAX_JSON, "JSON")
     if data.count(b"[") + data.count(b"{") > MAX_LISTS:
         raise InputError(f"holds more than {MAX_LISTS:,} lists", where=path)
     try:
@@ -100,7 +100,7 @@ def read_json(path: str | Path, fix: str | None = None) -> Any:
 def read_xml(path: str | Path) -> bytes:
     """The bytes of an XML file. `InputError` when it cannot be read, is larger than
     `MAX_XML`, or is not UTF-8."""
-    data = _read(path, MAX_XML, "XML")
+    data = read_bytes(path, MAX_XML, "XML")
     try:
         data.decode()
     except UnicodeDecodeError as error:
@@ -271,7 +271,7 @@ def load_toml(
     is not TOML."""
     import tomllib
 
-    data = _read(path, largest, f"a {what}")
+    data = read_bytes(path, largest, f"a {what}")
     if any(line.count(b".") > MAX_DOTS for line in data.split(b"\n")):
         raise InputError(f"has a line of more than {MAX_DOTS:,} dots", where=path)
     try:

@@ -4,6 +4,7 @@ coordinates of pseudo-inertias in an orthonormal basis of symmetric 4 x 4 matric
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -15,6 +16,7 @@ from hefting.core.spatial import (
     Array,
     check_pose,
     frozen,
+    rotation_by,
     skew,
     tensor_to_vector,
     vector_to_tensor,
@@ -241,6 +243,21 @@ class InertialParameters:
         return InertialParameters(self.vector - other.vector)
 
 
+def com_jacobian(parameters: InertialParameters) -> Array:
+    """Derivative (10, 10) of mass, COM and inertia at the COM (xx, xy, xz, yy, yz, zz)
+    by the parameter vector."""
+    m, c = parameters.mass, parameters.center_of_mass
+    J = np.zeros((10, 10))
+    J[0, 0] = 1.0
+    J[1:4, 0], J[1:4, 1:4] = -c / m, np.eye(3) / m
+    J[4:, 4:] = np.eye(6)
+    # inertia at COM = inertia at origin + m [c]x[c]x = J_o + [mc]x[mc]x / m
+    J[4:, 0] = -tensor_to_vector(skew(c) @ skew(c))
+    for i, unit in enumerate(np.eye(3)):
+        J[4:, 1 + i] = tensor_to_vector(skew(unit) @ skew(c) + skew(c) @ skew(unit))
+    return J
+
+
 ROWS, COLUMNS = np.triu_indices(4)
 """Entry of the matrix that each coordinate stands for."""
 
@@ -263,6 +280,8 @@ PARAMETERS_OF = np.stack(
     axis=1,
 )
 """(10, 10) takes coordinates of a pseudo-inertia to the parameters of its body."""
+COORDINATES_OF = np.asarray(np.linalg.inv(PARAMETERS_OF), dtype=float)
+"""(10, 10) its inverse."""
 
 
 def mat(q: Array) -> Array:
@@ -288,3 +307,19 @@ def congruence(G: Array) -> Array:
     g = G.ravel()
     first, second, third, fourth = (g.take(pair) for pair in _PAIRS)
     return _SCALE * (first * second + third * fourth)
+
+
+def moving(pose_old_in_new: Array) -> Array:
+    """(10, 10) takes parameters to those in a frame in which the old one has this pose
+    (4, 4)."""
+    return PARAMETERS_OF @ congruence(pose_old_in_new) @ COORDINATES_OF
+
+
+def misplaced(vector: Array, pose_std: Sequence[float]) -> Array:
+    """Covariance (10, 10) of parameters (10,) by errors of the frame's pose [m, rad],
+    along and about each axis."""
+    errors = np.tile(np.eye(4), (6, 1, 1))
+    errors[:3, :3, 3] = pose_std[0] * np.eye(3)
+    errors[3:, :3, :3] = [rotation_by(pose_std[1] * axis) for axis in np.eye(3)]
+    changes = np.array([moving(error) @ vector - vector for error in errors])
+    return changes.T @ changes

@@ -307,9 +307,18 @@ def pose_matrix(seven_numbers: ArrayLike) -> Array:
     return pose
 
 
+def plain(values: Any) -> Any:
+    """Rotations or rigid motions of scipy, or a list of them, as matrices; else the
+    values."""
+    if type(values) in (list, tuple) and hasattr(next(iter(values), None), "as_matrix"):
+        return [value.as_matrix() for value in values]
+    return values.as_matrix() if hasattr(values, "as_matrix") else values
+
+
 def check_pose(pose: ArrayLike) -> Array:
     """`pose` as a (4, 4) float array; `InputError` unless it is a proper rigid motion
-    within 1e-6."""
+    within 1e-3. One that is off by more than 1e-6, as written with few digits, becomes
+    the nearest."""
     try:
         matrix = np.asarray(pose, dtype=float)
     except (TypeError, ValueError):
@@ -318,16 +327,18 @@ def check_pose(pose: ArrayLike) -> Array:
         raise InputError("a pose is a finite 4 x 4 matrix")
     check_magnitude(matrix, LARGEST_DISTANCE, "a number in the pose matrix")
     rotation = matrix[:3, :3]
-    proper = (
-        np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
-        and np.linalg.det(rotation) > 0
-    )
+    off = np.abs(rotation @ rotation.T - np.eye(3)).max()
+    proper = off < 1e-3 and np.linalg.det(rotation) > 0
     end = (0, 0, 0, 1)
     if proper and np.allclose(matrix[:, 3], end) and not np.allclose(matrix[3], end):
         what = "the pose matrix has its translation in the last row"
         raise InputError(what, fix="transpose it: its last row is 0, 0, 0, 1")
     if not proper or not np.allclose(matrix[3], end):
         raise InputError("the pose matrix is not a proper rotation with a translation")
+    if off > 1e-6:
+        left, _, right = np.linalg.svd(rotation)
+        matrix = matrix.copy()
+        matrix[:3, :3] = left @ right
     return matrix
 
 

@@ -6,7 +6,7 @@ estimate still has a value for it, from its method.
 """
 
 from collections.abc import Collection, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -72,6 +72,14 @@ class Undetermined:
         np.fill_diagonal(moved, [com[1] or com[2], com[0] or com[2], com[0] or com[1]])
         inertia = (at_origin > 0.0) | moved | mass
         return cls(mass, com, inertia, filled_from)
+
+    def turned(self, rotation: Array) -> Self:
+        """The same in turned axes: a number is open if one from which it follows is."""
+        from_ = np.abs(rotation) > 1e-9
+        com, inertia = self.center_of_mass, self.inertia_at_com
+        return replace(
+            self, center_of_mass=from_ @ com, inertia_at_com=from_ @ inertia @ from_.T
+        )
 
     @classmethod
     def without_end(cls, ends: Mapping[str, np.ndarray]) -> Self:
@@ -149,6 +157,17 @@ NEGATIVE = 1e-6
 standard deviations scaled to 1."""
 NOTHING = 1e-12
 """Eigenvalue, relative to the largest one, below which there is no variance."""
+
+
+def mapped(covariance: Array, derivative: Array) -> Array:
+    """Covariance (n, n) of numbers by their derivative (n, 10); the variance is infinite
+    of those that follow from an open parameter."""
+    open_ = np.isinf(covariance.diagonal())
+    known = np.where(np.isinf(covariance), 0.0, covariance)
+    of_all = derivative @ known @ derivative.T
+    follows = (np.abs(derivative[:, open_]) > 1e-12).any(axis=1)
+    of_all[follows, follows] = np.inf
+    return of_all
 
 
 class Covariance(NamedTuple):

@@ -31,8 +31,8 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
-from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Measurements, MotionNoise, Noise
+from hefting.core.quantity import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import State, as_one, join, join_all

@@ -32,8 +32,8 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.mass_reading import MassReading
 from hefting.core.messages import Message
+from hefting.core.quantity import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.base import Estimator, Known, stated_errors, take_errors

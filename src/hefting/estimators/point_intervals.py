@@ -14,7 +14,7 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.mass_reading import MassReading
+from hefting.core.quantity import MassReading
 from hefting.core.spatial import Array, Mask
 from hefting.estimators.bayes.likelihood import Likelihood, with_reading
 from hefting.estimators.bayes.mixture import Mixture, holding

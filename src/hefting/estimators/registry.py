@@ -53,10 +53,14 @@ def spelled(name: str) -> str:
     return key
 
 
-def method_named(name: str) -> tuple[type[Estimator], dict[str, Any]]:
+def method_named(
+    name: str | type[Estimator],
+) -> tuple[type[Estimator], dict[str, Any]]:
     """Class of a method or variant, named in any case, and the hyperparameters of a
-    variant, of which ``"shape"`` stands for the known shape. Raises `InputError` for an
-    unknown name."""
+    variant, of which ``"shape"`` stands for the known shape; a class is its own. Raises
+    `InputError` for an unknown name."""
+    if isinstance(name, type):
+        return name, {}
     key = spelled(name)
     base, settings = VARIANTS.get(key, (key, {}))
     return METHODS[base], dict(settings)

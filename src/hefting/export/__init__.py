@@ -4,8 +4,8 @@
     exported = export(estimate, "ur", sensor_pose_in_flange=pose)
     exported = export(estimate, "urdf", into="robot.urdf", link="tool0")
 
-Each target is a file of this package that ends with its `Target`; this file lists and
-uses them.
+Each file of this package holds a `Target`, or those of one make; this one lists and uses
+them.
 """
 
 from collections.abc import Callable
@@ -36,16 +36,12 @@ FILES = (
     "kuka",
     "abb",
     "fanuc",
-    "ur_ros",
-    "franka_desk",
-    "xarm_ft",
     "kinova",
     "doosan",
     "ros2_control",
-    "json_file",
-    "csv_file",
+    "estimate_files",
 )
-"""The file of each target, in the order of lists of targets."""
+"""The files of the targets, in the order of lists of targets."""
 
 
 FARTHEST_COM = 3.0
@@ -54,7 +50,9 @@ then probably not in metres."""
 
 REGISTRY: dict[str, Target] = {
     target.name: target
-    for target in (import_module(f"{__name__}.{file}").TARGET for file in FILES)
+    for file in FILES
+    for target in vars(import_module(f"{__name__}.{file}")).values()
+    if isinstance(target, Target)
 }
 """All targets by name."""
 
@@ -83,7 +81,7 @@ class Exported:
     text: str
     """Content of the file, or the lines to paste."""
     frame: str
-    """Frame of its numbers: ``sensor`` or ``flange``."""
+    """Frame of its numbers: that of the estimate, or ``flange``."""
     warnings: tuple[str, ...] = ()
     """One sentence each."""
 
@@ -109,7 +107,8 @@ def export(
     Parameters
     ----------
     estimate : in sensor axes about the sensor origin, or the result of
-        `hefting.identify`.
+        `hefting.identify`; for simulators, JSON and CSV in any frame, such as the
+        object's (`hefting.in_frame`).
     target : a name in `TARGETS`.
     sensor_pose_in_flange : pose of the sensor in the flange frame, as for `identify`;
         with it the text is in flange axes about the flange origin, without it in sensor
@@ -123,8 +122,8 @@ def export(
     accept : whether to write an estimate with the verdict "do not use". JSON holds the
         verdict, and is written anyway.
     fill_inertia : replacement of an open inertia for simulators, which need one:
-        ``"point"``, the smallest that they accept, or a shape in sensor axes with uniform
-        density. JSON and CSV are never filled in.
+        ``"point"``, the smallest that they accept, or a shape in the estimate's frame with
+        uniform density. JSON and CSV are never filled in.
     say : turns names of arguments in backquotes, in comments, into the reader's.
 
     Raises `InputError` for a value without an estimate, an unknown target, arguments, a
@@ -141,10 +140,19 @@ def export(
         what = f"the estimate is not to be used: {estimate.verdict.reasons[0]}"
         fix = "identify it again, or give `accept` to write it as it is"
         raise InputError(what, fix=fix)
+    if estimate.frame != "sensor" and (
+        chosen.wants_flange
+        or chosen.in_sensor_axes
+        or sensor_pose_in_flange is not None
+    ):
+        what = (
+            f"the estimate is in {estimate.frame} axes, which controllers do not take"
+        )
+        raise InputError(what, fix="give it in sensor axes")
     if chosen.write_estimate is not None:
         text = chosen.write_estimate(estimate, name)
         unused = () if sensor_pose_in_flange is None else (_pose_unused(chosen),)
-        return Exported(text, "sensor", unused)
+        return Exported(text, estimate.frame, unused)
 
     body = known_body(estimate, name, fill_inertia, accept, say)
     warnings = inertia_messages(estimate, chosen, body, fill_inertia)

@@ -76,7 +76,7 @@ class Body:
     name: str
     """Name given by the user."""
     frame: str
-    """Frame of the numbers: ``sensor`` or ``flange``."""
+    """Frame of the numbers, as ``sensor`` or ``flange``."""
     mass: float
     """Mass [kg], positive."""
     center_of_mass: Array

@@ -39,7 +39,7 @@ moments far above those that simulators refuse (MuJoCo: 1e-15 kg m²)."""
 def known_body(
     estimate: Estimate, name: str, fill: Fill, accept: bool, say: Callable[[str], str]
 ) -> Body:
-    """Mass, COM and inertia of an estimate in sensor axes, with the lines of a comment;
+    """Mass, COM and inertia of an estimate in its frame, with the lines of a comment;
     `say` turns names of arguments in backquotes into the reader's.
 
     An open inertia is left out, or filled in. Raises `InputError` for an open mass or COM
@@ -53,7 +53,7 @@ def known_body(
             "write what the method filled in",
         )
     make = Body.without_inertia if open_.inertia else Body.from_parameters
-    body = make(estimate.parameters, name, "sensor")
+    body = make(estimate.parameters, name, estimate.frame)
     half = estimate.half_widths
     widths = HalfWidths(
         float(half["mass"]), half["center_of_mass"], half["inertia_at_com"]

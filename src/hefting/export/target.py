@@ -1,7 +1,7 @@
 """Target: description of a simulator, a controller or a table for
 `hefting.export.export`.
 
-Each target is one file that ends with its `TARGET`; `hefting.export` lists the files.
+Each target, or those of one make, are one file; `hefting.export` lists the files.
 
 An inertial element is inserted in an existing XML file at the offset that a parser finds,
 with every other byte unchanged. XML is not trusted: a document type declaration is

@@ -8,7 +8,8 @@ Noise separates the principal moments of a nearly symmetric body. So tensors a a
 compared by the moments v'J v along common axes v, the principal ones of their mean
 weighted by precision. Errors that two estimates share, such as those of one sensor or
 shape, make d smaller than it would be: contradictions hold in spite of them. The
-estimates must be in the same sensor frame.
+estimates must be in the same frame: of one grasp the sensor's, of several the object's
+(`hefting.in_frame`).
 """
 
 from collections.abc import Mapping
@@ -21,14 +22,15 @@ import numpy as np
 
 from hefting import __version__
 from hefting.core.errors import InputError
-from hefting.core.estimate import Answered, Estimate, com_jacobian, estimate_given
+from hefting.core.estimate import Answered, Estimate, estimate_given
 from hefting.core.estimate_json import json_ready
 from hefting.core.immutable import immutable
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.messages import Verdict
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, vector_to_tensor
 from hefting.core.summary import Shown
+from hefting.core.undetermined import mapped
 
 QUANTITIES = (
     ("mass", "kg"),
@@ -75,12 +77,19 @@ class Agreement(Shown):
     quantity open"""
     verdicts: dict[str, Verdict]
     """of each estimate"""
+    frame: str = "sensor"
+    """of all"""
 
     @classmethod
     def of(cls, estimates: Mapping[str, Estimate]) -> "Agreement":
-        """Of two or more estimates by name. Raises `InputError` for fewer."""
+        """Of two or more estimates by name. Raises `InputError` for fewer, and for those
+        in different frames."""
         if len(estimates) < 2:
             raise InputError("two estimates or more are compared", fix="give another")
+        frames = sorted({e.frame for e in estimates.values()})
+        if len(frames) > 1:
+            what = f"the estimates are in different frames: {', '.join(frames)}"
+            raise InputError(what, fix="give all in one, see hefting.in_frame")
         values = {name: _values(e.parameters) for name, e in estimates.items()}
         intervals = {name: _intervals(e) for name, e in estimates.items()}
         apart = {
@@ -93,7 +102,7 @@ class Agreement(Shown):
             for a, b in combinations(estimates, 2)
         }
         verdicts = {name: e.verdict for name, e in estimates.items()}
-        return cls(values, intervals, apart, verdicts)
+        return cls(values, intervals, apart, verdicts, *frames)
 
     def __repr__(self) -> str:
         name = f"Agreement of {len(self.values)} estimates: "
@@ -172,7 +181,8 @@ def compare(
     *estimates: Estimate | Answered | str | Path,
     **named: Estimate | Answered | str | Path,
 ) -> Agreement:
-    """Tell whether estimates can be of the same object, in the same sensor frame.
+    """Tell whether estimates can be of the same object, in the same frame: the sensor's,
+    or of objects grasped in different ways that of the object (`hefting.in_frame`).
 
     Parameters
     ----------
@@ -204,8 +214,10 @@ def compare(
         name = str(each if isinstance(each, str | Path) else i)
         if name in found or name in named:
             raise InputError("is given twice", name, "give two different estimates")
-        found[name] = estimate_given(each)
-    found |= {name: estimate_given(each) for name, each in named.items()}
+        found[name] = estimate_given(each, any_frame=True)
+    found |= {
+        name: estimate_given(each, any_frame=True) for name, each in named.items()
+    }
     return Agreement.of(found)
 
 
@@ -248,10 +260,7 @@ def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
         return np.full(3, np.inf)
     along = np.einsum("ia,sij,ja->as", axes, vector_to_tensor(np.eye(6)), axes)
     J = along @ com_jacobian(estimate.parameters)[4:]
-    open_ = ~np.isfinite(estimate.covariance.diagonal())
-    C = np.where(np.isfinite(estimate.covariance), estimate.covariance, 0.0)
-    found = np.sqrt(np.maximum(np.einsum("ai,ij,aj->a", J, C, J), 0.0))
-    found[(np.abs(J[:, open_]) > 1e-12).any(axis=1)] = np.inf
+    found = np.sqrt(np.maximum(mapped(estimate.covariance, J).diagonal(), 0.0))
     open_ = estimate.undetermined.ten[4:]
     found[(np.abs(along[:, open_]) > 1e-12).any(axis=1)] = np.inf
     return found

@@ -12,8 +12,8 @@ import numpy as np
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
-from hefting.core.mass_reading import EXAMPLE, MassReading
 from hefting.core.messages import Message, codes, error, warning
+from hefting.core.quantity import EXAMPLE, MassReading
 from hefting.core.spatial import Array
 from hefting.core.undetermined import Undetermined, undetermined_mass
 from hefting.estimators import Bayes, Estimator

@@ -25,7 +25,7 @@ from hefting.estimators import METHODS, VARIANTS, Estimator, method_named, spell
 from hefting.estimators.base import Role
 from hefting.estimators.quadratic import Quadratic
 from hefting.identification.checks import with_diagnostics
-from hefting.identification.estimator import estimator_for
+from hefting.identification.estimator import Method, estimator_of
 from hefting.identification.identify import Answer
 from hefting.identification.run import run, understand
 from hefting.ingest.ingest import Ingested
@@ -96,31 +96,31 @@ class Comparison(Answer):
 def compare(
     recording: Log | Sequence[Log],
     shape: Shape | None = None,
-    methods: Sequence[str] | str = "all",
+    methods: Sequence[Method] | str = "all",
     *,
     hyperparameters: dict[str, Any] | None = None,
     **reading: Any,
 ) -> Comparison:
     """Identify the object by several methods from one recording, or from several of it.
 
-    `methods` are names of methods and variants, separated by commas if in one string;
-    ``"all"`` stands for all that can be used. `hyperparameters` are fields of
-    estimators, such as ``c1``, for those that have them, `reading` other arguments of
+    `methods` are names of methods and variants, separated by commas if in one string, of
+    which ``"all"`` stands for all that can be used, classes of estimators, or complete
+    ones. `hyperparameters`, such as ``c1``, are for those of the others that have them,
+    `reading` other arguments of
     `hefting.identify`. Raises `InputError` for an unknown method or hyperparameter, for a
     named method whose needs are not given, and as `hefting.identify` does.
     """
     words = methods.split(",") if isinstance(methods, str) else methods
-    words = [word.strip() for word in words]
-    everything = "all" in map(str.lower, words)
-    kinds = _kinds_of(words)
+    named = _by_name(words)
+    everything = "all" in (str(word).strip().lower() for word in words)
     wanted = hyperparameters or {}
-    given = _hyperparameters_by_method(kinds, wanted)
+    given = _hyperparameters_by_method(named, wanted)
     found = understand(recording, wanted.get("sensor_accuracy"), **reading)
     require_object(found, shape)
     results, seconds, skipped, seen, made = {}, {}, {}, {}, {}
-    for name, (kind, settings) in each("identifying", list(kinds.items())):
+    for name, method in each("identifying", list(named.items())):
         try:
-            estimator = estimator_for(kind, found, shape, given[name] | settings)
+            estimator = estimator_of(method, found, shape, given[name])
             start = time.perf_counter()
             estimate, used = run(estimator, found)
             elapsed = time.perf_counter() - start
@@ -140,37 +140,47 @@ def compare(
     return Comparison(results, seconds, skipped, recommended, reason, found, made, seen)
 
 
-Kinds = dict[str, tuple[type[Estimator], dict[str, Any]]]
-"""Class of a method or variant and hyperparameters of a variant, by name."""
-
-
-def _kinds_of(words: Sequence[str]) -> Kinds:
-    """Methods and variants by their names in any case; ``"all"`` stands for all.
-    `InputError` for an unknown one, and for none."""
-    kinds: Kinds = {}
-    for word in words:
-        names = (*METHODS, *VARIANTS) if word.lower() == "all" else (word,)
-        for name in names:
-            kinds.setdefault(spelled(name), method_named(name))
-    if not kinds:
+def _by_name(methods: Sequence[Method]) -> dict[str, Method]:
+    """Methods and variants by their names, which may be in any case; ``"all"`` stands for
+    all. Further ones of a name are numbered. `InputError` for an unknown one, and for
+    none."""
+    pairs: list[tuple[str, Method]] = []
+    for method in methods:
+        if isinstance(method, type):
+            pairs.append((method.__name__, method))
+        elif isinstance(method, Estimator):
+            pairs.append((method.name, method))
+        else:
+            word = str(method).strip()
+            every = (*METHODS, *VARIANTS)
+            names = every if word.lower() == "all" else (spelled(word),)
+            pairs += ((name, name) for name in names)
+    named: dict[str, Method] = {}
+    for name, method in pairs:
+        if method not in named.values():
+            count = sum(other.partition(" ")[0] == name for other in named)
+            named[f"{name} {count + 1}" if count else name] = method
+    if not named:
         raise InputError(
             "no method is named", fix=f"use all or some of {', '.join(METHODS)}"
         )
-    return kinds
+    return named
 
 
 def _hyperparameters_by_method(
-    kinds: Kinds, wanted: dict[str, Any]
+    named: dict[str, Method], wanted: dict[str, Any]
 ) -> dict[str, dict[str, Any]]:
-    """Of the wanted hyperparameters those that each method has. `InputError` for one
-    that none has."""
-    taken = {
-        name: kind.hyperparameters(settings.get("model"))
-        for name, (kind, settings) in kinds.items()
-    }
+    """Of the wanted hyperparameters those that each method has, none of a complete
+    estimator. `InputError` for one that none has."""
+    taken: dict[str, list[str]] = {}
+    for name, method in named.items():
+        taken[name] = []
+        if not isinstance(method, Estimator):
+            kind, settings = method_named(method)
+            taken[name] = kind.hyperparameters(settings.get("model"))
     for key in wanted:
         if not any(key in known for known in taken.values()):
-            raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
+            raise InputError(f"none of {', '.join(named)} has a '{key}'")
     return {
         name: {key: value for key, value in wanted.items() if key in known}
         for name, known in taken.items()

@@ -13,6 +13,8 @@ from hefting.estimators.joint_state import State
 from hefting.ingest.ingested import Ingested
 from hefting.shapes import Shape
 
+Method = str | type[Estimator] | Estimator
+"""A method by its name or class, or with all hyperparameters."""
 SHAPES = {
     "a bounding box": "box:X0,X1,Y0,Y1,Z0,Z1 or FILE",
     "a shape": "FILE or box:X0,X1,Y0,Y1,Z0,Z1",
@@ -22,12 +24,12 @@ SHAPES = {
 
 
 def estimator_of(
-    method: str | Estimator,
+    method: Method,
     found: Ingested,
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> Estimator:
-    """The estimator of a method's name, as by `estimator_for`, or the one that is given;
+    """The estimator of a method's name or class, as by `estimator_for`, or the given one;
     `InputError` if that does not estimate the recording's bias."""
     if isinstance(method, Estimator):
         require_its_bias(method, found)

@@ -14,9 +14,9 @@ from hefting.core.errors import InputError, nearest
 from hefting.core.estimate import Answered, Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.spatial import Array
-from hefting.estimators import METHODS, Estimator
+from hefting.estimators import METHODS
 from hefting.identification.compare import Comparison, compare
-from hefting.identification.estimator import accuracy_of, shape_of
+from hefting.identification.estimator import Method, accuracy_of, shape_of
 from hefting.identification.identify import Identification, identify_understood
 from hefting.identification.run import understand
 from hefting.ingest.tool import load_tool
@@ -42,7 +42,6 @@ INSTEAD = {
     "sensor_pose_in_flange",
 }
 """Replacements of the command's options that `identify` does not have."""
-Method = str | type[Estimator] | Estimator
 
 
 @overload
@@ -50,7 +49,7 @@ def identify(
     recording: Any = None,
     shape: Any = None,
     *,
-    method: Literal["all"] | Sequence[str | type[Estimator]],
+    method: Literal["all"] | Sequence[Method],
     **options: Any,
 ) -> Comparison:
     """By several methods."""
@@ -84,7 +83,7 @@ def identify(
     sign: Sign = "auto",
     unit: str | None = None,
     object_pose: ArrayLike | str | Path | None = None,
-    method: Method | Sequence[str | type[Estimator]] | None = None,
+    method: Method | Sequence[Method] | None = None,
     gravity: GravityLike = ON_EARTH,
     bias: str | Path | ArrayLike = "auto",
     motion: Source = "auto",
@@ -115,15 +114,13 @@ def identify(
         differ from `time`. Without `time` each sample is a static pose.
     sign : {"auto", "on-object", "on-sensor"}
         Body that the recorded wrench acts on; ``"auto"`` determines it from gravity.
-        `wrench` accepts these words too.
     unit : str, optional
         Length unit of the shape's file, mesh or points: m, cm, mm or in.
     object_pose : (4, 4) or seven numbers, optional
         Pose of its frame in the sensor frame: a matrix, or x, y, z [m], qx, qy, qz, qw.
-    method : str, Estimator or list of str, optional
-        Name of an estimator (`hefting methods` lists them) or of a variant; a complete
-        estimator; or several names, also as ``"OLS,LMI"``, or ``"all"``, for a
-        comparison. By default Bayes.
+    method : str, Estimator, its class, or a list of these, optional
+        Of an estimator or a variant (`hefting methods` lists them), or of your own; a
+        list, ``"OLS,LMI"`` and ``"all"`` are compared. By default Bayes.
     gravity : (3,), Gravity or "estimate"
         In world axes [m/s²], exactly known; `Gravity.at` a latitude; ``"estimate"``
         finds its direction, for a robot on a tilted base. By default standard gravity,
@@ -203,16 +200,16 @@ def identify(
         "tool": None if tool is None else load_tool(tool),
     }
     known = as_shape(shape, unit, object_pose)
-    names = _names(method)
-    if names is not None:
+    if isinstance(method, str) and ("," in method or method.lower() == "all"):
+        method = method.split(",")
+    if isinstance(method, Iterable) and not isinstance(method, str):
         return compare(
-            recording, known, names, hyperparameters=hyperparameters, **options
+            recording, known, list(method), hyperparameters=hyperparameters, **options
         )
-    one = method.__name__ if isinstance(method, type) else method
-    known = shape_of(one, known, hyperparameters)
-    accuracy = accuracy_of(one, hyperparameters)
+    known = shape_of(method, known, hyperparameters)
+    accuracy = accuracy_of(method, hyperparameters)
     found = understand(recording, accuracy, **options)
-    return identify_understood(found, known, cast("Any", one), hyperparameters)
+    return identify_understood(found, known, method, hyperparameters)
 
 
 def _check_names(hyperparameters: dict[str, Any]) -> None:
@@ -240,18 +237,3 @@ def sensor_pose_of(pose: Any, turned: str | None) -> Array | None:
         what = "both `sensor_pose_in_log` and `sensor_turned` are given"
         raise InputError(what, fix="give one of them")
     return turned_about(turned)
-
-
-def _names(method: Any) -> list[str] | None:
-    """Names of several methods to compare; None for one method."""
-    if isinstance(method, str):
-        is_several = "," in method or method.lower() == "all"
-        return method.split(",") if is_several else None
-    if not isinstance(method, Iterable):
-        return None
-    names = [m.__name__ if isinstance(m, type) else m for m in method]
-    for name in names:
-        if not isinstance(name, str):
-            what = f"several methods are compared by name, not {type(name).__name__}"
-            raise InputError(what, fix=f"use some of {', '.join(METHODS)}")
-    return names

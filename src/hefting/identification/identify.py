@@ -23,7 +23,7 @@ from hefting.core.summary import Shown
 from hefting.core.undetermined import Covariance
 from hefting.estimators import LMI, OLS, Estimator, default_method
 from hefting.identification.checks import with_diagnostics
-from hefting.identification.estimator import estimator_of, known_of
+from hefting.identification.estimator import Method, estimator_of, known_of
 from hefting.identification.run import run
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.ingest import Ingested, ingest
@@ -104,7 +104,7 @@ class Identification(Answer):
 def identify_understood(
     found: Ingested,
     shape: Shape | None,
-    method: str | Estimator | None,
+    method: Method | None,
     hyperparameters: dict[str, Any],
     stop: bool = True,
 ) -> Identification:

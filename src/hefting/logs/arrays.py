@@ -8,7 +8,7 @@ import numpy as np
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.recording import COLUMNS, Recording, Stream, column_names
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, plain
 from hefting.logs.gaps import FEW, without_repeats
 from hefting.logs.orientations import no_rotations, quaternions
 from hefting.logs.static_poses import warn_about_static, without_unit
@@ -90,7 +90,7 @@ def unit_quaternions(orientation: Any) -> Array:
     Parameters
     ----------
     orientation : (K, 4) quaternions x, y, z, w, (K, 3, 3) rotation matrices from sensor
-        to world axes, or a scipy ``Rotation`` of K rotations.
+        to world axes, or a scipy ``Rotation`` of K rotations, or a list of such.
 
     Raises `InputError` for another shape, and matrices that are no rotations.
     """
@@ -134,7 +134,7 @@ def numbers(values: Any, name: str) -> Array:
     try:
         if isinstance(values, np.ma.MaskedArray):
             values = np.ma.asarray(values, dtype=float).filled(np.nan)
-        array = np.asarray(values)
+        array = np.asarray(plain(values))
         if array.dtype.kind not in "iufbO":
             raise TypeError(f"they are {array.dtype}")
         return array.astype(float)

@@ -12,6 +12,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
+from hefting.logs.map_groups import others_told
 from hefting.logs.static_poses import warn_about_static, without_unit
 from hefting.logs.table import (
     Table,
@@ -117,6 +118,7 @@ def known_columns(
             needed += [FIXED[stream] for stream, _, _ in REQUIRED]
             missing = [c for columns in needed for c in columns if c not in there]
             what += f"; unknown columns: {summarize_list(_quoted(strange, missing))}"
+            what += others_told(strange)
         fix = "; ".join(fix for _, fix in wrong)
         raise InputError(what, source, f"{fix}; or {MAPPED}")
     found = {

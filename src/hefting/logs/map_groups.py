@@ -12,7 +12,7 @@ WORDS = {
     "force": ("f", "force", "forces", "kraft", "fuerza", "forza", "力"),
     "torque": (
         *("m", "torque", "torques", "moment", "moments", "tau", "mom", "mu"),
-        *("torq", "drehmoment", "forcer", "wrenchr", "couple", "par"),
+        *("torq", "drehmoment", "forcer", "wrenchr", "ftr", "couple", "par"),
         *("momento", "coppia", "モーメント", "トルク", "力矩", "扭矩", "转矩"),
     ),
     "torque-or-translation": ("t", "tr"),
@@ -238,6 +238,14 @@ def is_other(words: Sequence[str]) -> bool:
     """Whether words name another quantity (`OTHER`); ``current_pose`` does not."""
     others = OTHER & set(words)
     return bool(others - {"current"}) or (bool(others) and words[-1] == "current")
+
+
+def others_told(names: Sequence[str]) -> str:
+    """A clause on those of the names that are of other quantities; empty for none."""
+    found = {word for name in names for word in OTHER & {*words_of(name)}}
+    which = ", ".join(sorted(found))
+    what = f"; names with {which} are of set points, rates or results, and not read"
+    return what if found else ""
 
 
 def _without_number(word: str) -> str:

@@ -156,6 +156,8 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     six = groups.numbered("wrench", 6) or groups.numbered("force", 6)
     of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
     first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
+    if not (first or six):  # ``ft_x`` beside ``ft_rx``
+        first = groups.find("wrench", "xyz")
     second = _torque(groups, {*first.words}) if first else None
     known = [
         c and not ESTIMATED.search(sample.names[c.columns[0]]) for c in (first, six)

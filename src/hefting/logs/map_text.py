@@ -243,14 +243,13 @@ def angles_guess(
     doubt: str,
     equals: tuple[int, ...],
 ) -> Guess:
-    """The guess of three angles. For `BY_NUMBERS` they are a rotation vector, as of UR,
-    or where that would jump roll, pitch and yaw, as of xArm."""
+    """The guess of three angles. For `BY_NUMBERS` the form is that of
+    `form_of_angles`."""
     unit, remark = sample.stated_or_by_size(columns, "angle")
     if form == BY_NUMBERS:
-        radians = find_unit(unit, "angle", sample.source).to_si(
-            sample.values[:, list(columns)]
-        )
-        chosen, why = form_of_angles(radians)
+        angle = find_unit(unit, "angle", sample.source)
+        radians = angle.to_si(sample.values[:, list(columns)])
+        chosen, why = form_of_angles(radians, angle.name == "deg")
         form = f'form = "{chosen}"'
         doubt = f"{why}; {ANOTHER_ORDER}" if why else ANOTHER_FORM
     remark = "; ".join(filter(None, (remark, doubt)))

@@ -146,16 +146,17 @@ SMOOTHER = 0.2
 as both jump where messages are lost."""
 
 
-def form_of_angles(angles: Array) -> tuple[str, str]:
-    """Form of the angles (N, 3) [rad] of successive poses: a rotation vector, or
-    "rpy" and the reason."""
+def form_of_angles(angles: Array, in_degrees: bool = False) -> tuple[str, str]:
+    """Form of the angles (N, 3) [rad] of successive poses, and a reason: a rotation
+    vector, as UR writes in radians, or "rpy", as makes write that log degrees; the other
+    where that one would jump."""
     known = angles[np.isfinite(angles).all(axis=1)]
-    if len(known) < 2:
-        return "rotation-vector", ""
-    vector, rpy = (_largest_turn(known, form) for form in ("rotation-vector", "rpy"))
-    if vector > JUMP and rpy < SMOOTHER * vector:
-        return "rpy", "as a rotation vector it would jump"
-    return "rotation-vector", ""
+    forms = ["rotation-vector", "rpy"]
+    usual, other = reversed(forms) if in_degrees else forms
+    wide, narrow = (_largest_turn(known, form) for form in (usual, other))
+    if wide > JUMP and narrow < SMOOTHER * wide:
+        return other, f"as {usual} it would jump"
+    return usual, "in degrees" if in_degrees else ""
 
 
 def _largest_turn(angles: Array, form: str) -> float:

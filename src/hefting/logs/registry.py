@@ -1,7 +1,7 @@
 """The registry of log formats: the class of a format, and the list of all formats.
 
-A new format is one module that ends in its ``FORMAT``, and the module's name in
-`MODULES`. Reading, writing, and help and errors of the commands use that list.
+A new format is one module that ends in its `Format`, and the module's name in `MODULES`.
+Reading, writing, and help and errors of the commands use that list.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -24,7 +24,6 @@ MODULES = (
     "hefting.logs.npz_file",
     "hefting.logs.matlab_file",
     "hefting.logs.json_lines",
-    "hefting.logs.arrow_file",
     "hefting.logs.ur_csv",
     "hefting.logs.ros_bag",
 )
@@ -93,7 +92,12 @@ class Format:
 
 def formats() -> tuple[Format, ...]:
     """All log formats."""
-    return tuple(import_module(module).FORMAT for module in MODULES)
+    return tuple(
+        each
+        for module in MODULES
+        for each in vars(import_module(module)).values()
+        if isinstance(each, Format)
+    )
 
 
 def table_formats() -> tuple[Format, ...]:

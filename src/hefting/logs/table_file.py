@@ -18,7 +18,7 @@ from hefting.logs.canonical import (
     quote_name,
     read_canonical,
 )
-from hefting.logs.map_groups import about_estimates
+from hefting.logs.map_groups import about_estimates, others_told
 from hefting.logs.registry import Format, formats
 from hefting.logs.table import Table, summarize_list
 
@@ -160,7 +160,7 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
     if others:
         wanted = {"time"} & {*absent}
         names = [quote_name(n) + nearest(n, wanted) for n in others]
-        what += f": unknown are {summarize_list(names)}"
+        what += f": unknown are {summarize_list(names)}{others_told(others)}"
     taken = f"; taken by their names would be {guessed.summary}"
     fix = "name the others' columns in a column map (`column_map`=FILE; hefting map writes one of what is known)"
     if "time" in absent:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, check_number
-from hefting.core.estimate import Estimate
+from hefting.core.estimate import Answered, Estimate, estimate_given
 from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, note
@@ -167,7 +167,7 @@ def plan(
     urdf: str | Path,
     tip: str,
     *,
-    estimate: Estimate | str | Path | None = None,
+    estimate: Estimate | Answered | str | Path | None = None,
     shape: Shape | None = None,
     until: Accuracy | str | None = None,
     duration: float = DURATION,
@@ -238,8 +238,8 @@ def plan(
     asked = Accuracy.parse(until) if isinstance(until, str) else until
     robot = Robot.from_urdf(urdf, tip)
     limits = Limits.from_urdf(urdf, robot, acceleration, jerk, speed, force, torque)
-    if estimate is not None and not isinstance(estimate, Estimate):
-        estimate = Estimate.load(estimate)
+    if estimate is not None:
+        estimate = estimate_given(estimate)
     g = check_gravity(gravity)
     sensor: Sensor = (
         WristSensor.of(robot, g, noise, estimate, rate)

@@ -11,12 +11,13 @@ import numpy as np
 
 from hefting.core.accuracy import NAMES, Accuracy
 from hefting.core.errors import InputError
-from hefting.core.estimate import NORMAL_95, com_jacobian
+from hefting.core.estimate import NORMAL_95
 from hefting.core.estimate_json import json_ready
 from hefting.core.immutable import immutable
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.messages import Message
 from hefting.core.spatial import SPEED_LIMIT, Array, frozen, vector_to_tensor
+from hefting.core.undetermined import mapped
 from hefting.estimators import Bayes
 from hefting.planning.held import BOX_ASSUMED, Held
 from hefting.planning.kinematics import Trajectory
@@ -235,11 +236,7 @@ def _deviations(C: Array | None, body: InertialParameters) -> Array:
     they depend on a parameter of infinite variance."""
     if C is None:
         return np.full(10, np.inf)
-    finite = np.where(np.isfinite(C), C, 0.0)
-    J = com_jacobian(body)
-    variances = np.einsum("ip,pq,iq->i", J, finite, J)
-    unbounded = (J**2) @ np.where(np.isfinite(C.diagonal()), 0.0, 1.0) > 0.0
-    return np.where(unbounded, np.inf, np.sqrt(np.maximum(variances, 0.0)))
+    return np.sqrt(np.maximum(mapped(C, com_jacobian(body)).diagonal(), 0.0))
 
 
 def accuracy_by(C: Array | None, body: InertialParameters) -> Accuracy:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from hefting.core.accuracy import Accuracy
+    from hefting.core.estimate import Estimate
     from hefting.core.gravity import Gravity
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
@@ -89,7 +90,7 @@ def reading_of(a: Any) -> dict[str, Any]:
 
 def hyperparameters_of(a: Any) -> dict[str, Any]:
     """The given hyperparameters, by their names in the estimators."""
-    from hefting.core.mass_reading import MassReading
+    from hefting.core.quantity import MassReading
     from hefting.estimators import options
 
     settings = {
@@ -148,6 +149,19 @@ def pose_of(text: str | None) -> "Array | None":
     from hefting.shapes import parse_pose
 
     return parse_pose(text)
+
+
+def in_object_frame(
+    estimate: "Estimate", pose: str | None = None, pose_std: str | None = None
+) -> "Estimate":
+    """The estimate in the frame of the object's shape: by its given pose in the sensor
+    frame, else that with which it was identified. `InputError` where neither is known."""
+    from hefting.identification.frames import in_frame
+
+    std = quantities(
+        pose_std or "0m,0rad", ("length", "angle"), "--pose-std", "5mm,5deg"
+    )
+    return in_frame(estimate, pose_of(pose), pose_std=std)
 
 
 ABOUT_SHAPES = (

@@ -4,9 +4,9 @@ links; ellipsoids of the COM's 95 % region, and of equal inertia."""
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.estimate import Estimate, com_jacobian
+from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
-from hefting.core.inertia import InertialParameters
+from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, changed_rows, freeze, own, rotation_matrices
 from hefting.robots.arm import LARGEST_SIZE, Geometry

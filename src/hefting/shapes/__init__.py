@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.files import read_json
-from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
+from hefting.core.files import MAX_JSON, read_bytes, read_json
+from hefting.core.spatial import Array, check_pose, frozen, plain, pose_matrix
 from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
 from hefting.shapes.shape import LABELS, Shape
@@ -23,7 +23,7 @@ from hefting.shapes.shape import LABELS, Shape
 __all__ = ["Shape", "as_shape", "load_shape", "parse_pose"]
 
 HOW_POSES_ARE_GIVEN = (
-    "give x,y,z,qx,qy,qz,qw or a JSON file with those or a 4 x 4 matrix"
+    "give x,y,z,qx,qy,qz,qw or a JSON or text file with those or a 4 x 4 matrix"
 )
 
 
@@ -136,7 +136,7 @@ def as_pose(pose: ArrayLike | str | Path) -> Array:
     for anything else."""
     if isinstance(pose, str | Path):
         return parse_pose(pose)
-    matrix = frozen(pose)
+    matrix = frozen(plain(pose))
     if matrix.shape not in ((4, 4), (7,)):
         what = f"a pose is a 4 x 4 matrix, not of shape {matrix.shape}"
         fix = "or give x, y, z, qx, qy, qz, qw"
@@ -146,10 +146,10 @@ def as_pose(pose: ArrayLike | str | Path) -> Array:
 
 def parse_pose(source: str | Path) -> Array:
     """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw``, from
-    ``x,y,z`` for parallel axes, or from a JSON file.
+    ``x,y,z`` for parallel axes, or from a JSON or text file.
 
-    The file holds a 4 x 4 matrix or a list of those numbers. Raises `InputError`
-    unless the quaternion has unit norm within 1e-3 or the matrix is a rigid motion.
+    The file holds a 4 x 4 matrix or those numbers. Raises `InputError` unless the
+    quaternion has unit norm, or the matrix is a rigid motion, within 1e-3.
 
     Examples
     --------
@@ -160,7 +160,7 @@ def parse_pose(source: str | Path) -> Array:
     try:
         numbers = [float(number) for number in text.split(",")]
     except ValueError:
-        numbers = _json_numbers(text)
+        numbers = _numbers_in(text)
     try:
         array = np.asarray(numbers, dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -177,7 +177,13 @@ def parse_pose(source: str | Path) -> Array:
     raise InputError("not a pose", text, HOW_POSES_ARE_GIVEN)
 
 
-def _json_numbers(path: str) -> Any:
+def _numbers_in(path: str) -> Any:
+    """The numbers of a JSON file, or of text as NumPy and scanners' programs write it."""
     if not isfile(path):
         raise InputError("neither seven numbers nor a file", path, HOW_POSES_ARE_GIVEN)
-    return read_json(path, HOW_POSES_ARE_GIVEN)
+    words = read_bytes(path, MAX_JSON, "a pose").replace(b",", b" ").split()
+    try:
+        numbers = np.array([float(word) for word in words])
+    except ValueError:
+        return read_json(path, HOW_POSES_ARE_GIVEN)
+    return numbers.reshape(4, 4) if numbers.size == 16 else numbers

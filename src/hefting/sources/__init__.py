@@ -105,8 +105,9 @@ def source_of(name: str, request: Request | None = None) -> Source:
     understand.
     """
     scheme, mark, _ = name.partition("://")
+    kind = "SOURCE"
     if name == "-":
-        module = "hefting.sources.standard_input"
+        module, kind = SCHEMES["tcp"], "StandardInput"
     elif not mark:
         module = "hefting.sources.played_log"
     elif scheme.lower() in SCHEMES:
@@ -116,7 +117,7 @@ def source_of(name: str, request: Request | None = None) -> Source:
         what = f"'{scheme[:40]}://' is no source"
         fix = f"use {known}, - for standard input, or a log"
         raise InputError(what, name, fix)
-    return import_module(module).SOURCE(name, request or Request())
+    return getattr(import_module(module), kind)(name, request or Request())
 
 
 MAX_MESSAGE = 1_000_000

@@ -1,5 +1,5 @@
-"""``tcp://HOST:PORT``: lines of JSON from a program that listens there, one line for each
-instant.
+"""Lines of JSON, one for each instant: ``tcp://HOST:PORT`` from a program that listens
+there, and ``-`` from standard input.
 
 A line is an object with ``time`` [s] and any streams of `hefting.Recording`, such as
 ``{"time": 0.002, "wrench": [0, 0, -9.8, 0, 0, 0], "orientation": [0, 0, 0, 1]}``. Other
@@ -7,7 +7,11 @@ keys are ignored.
 """
 
 import json
+import os
+import queue
 import socket
+import sys
+import threading
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any
@@ -17,7 +21,7 @@ import numpy as np
 from hefting.core.errors import InputError, printable
 from hefting.core.messages import note
 from hefting.core.recording import COLUMNS
-from hefting.online.samples import Samples, SourceLostError
+from hefting.online.samples import EndOfSource, Samples, SourceLostError
 from hefting.sources import (
     MAX_JOINTS,
     MAX_MESSAGE,
@@ -189,6 +193,55 @@ def received(connection: socket.socket | None, name: str, timeout: float) -> byt
     if not data:
         raise SourceLostError(f"{name}: the other end closed the connection")
     return data
+
+
+PIECES = 64
+"""Largest number of waiting pieces; the writer of the pipe waits then, and no data is
+lost."""
+
+
+class StandardInput(NamedSource):
+    """Lines of JSON from a pipe; it ends where the pipe does.
+
+    A thread reads, as some systems cannot wait for a pipe with a time limit.
+    """
+
+    def __init__(self, name: str, request: Request):
+        super().__init__("standard input")
+        self._lines = JsonLines(self.skipped)
+        self._pieces: queue.Queue[bytes] = queue.Queue(PIECES)
+
+    def open(self) -> None:
+        """Begin to read."""
+        self.chosen = (note("live-source", "lines of JSON from standard input"),)
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def read(self, timeout: float) -> list[Samples]:
+        """See `hefting.online.samples.Source`."""
+        try:
+            data = self._pieces.get(timeout=max(timeout, 1e-3))
+        except queue.Empty:
+            return []
+        if data:
+            return self._lines.feed(data)
+        if last := self._lines.end():
+            self._pieces.put(b"")
+            return last
+        raise EndOfSource("standard input has ended")
+
+    def close(self) -> None:
+        """Do nothing: the pipe stays open."""
+
+    def _read(self) -> None:
+        handle = sys.stdin.fileno()
+        while True:
+            try:
+                data = os.read(handle, PIECE)
+            except OSError:
+                data = b""
+            self._pieces.put(data)
+            if not data:
+                return
 
 
 SOURCE = TcpSource

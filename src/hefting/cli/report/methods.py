@@ -227,8 +227,10 @@ def agreement_report(agreement: Agreement) -> Iterable[Line]:
     for path, name in names.items():
         if path != name:
             yield Line(f"{name}: {path}")
+    own = "at the poses that are given, in its frame"
+    grasp = "in the same grasp, and the same sensor frame"
     yield Line(
-        "assumed: the same object in the same grasp, and the same sensor frame. "
+        f"assumed: the same object {grasp if agreement.frame == 'sensor' else own}. "
         "± 95 %; apart: standard deviations between the two that differ most; "
         "moments: the principal ones, compared along common axes"
     )

@@ -13,7 +13,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.mass_reading import MassReading
+from hefting.core.quantity import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.base import (

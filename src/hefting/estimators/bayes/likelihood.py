@@ -25,8 +25,8 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack, root_of_inverse
-from hefting.core.mass_reading import MassReading
 from hefting.core.messages import Message, error
+from hefting.core.quantity import MassReading
 from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.samples import Samples

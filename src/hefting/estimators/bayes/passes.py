@@ -9,7 +9,7 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
-from hefting.core.mass_reading import MassReading
+from hefting.core.quantity import MassReading
 from hefting.core.spatial import (
     Array,
     inverse_pose,

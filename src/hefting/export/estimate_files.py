@@ -1,11 +1,27 @@
-"""CSV: the estimate itself as a row, in sensor axes and SI units, even if it is not
-consistent."""
+"""The estimate itself, in its frame and SI units, even if it is not consistent: as JSON,
+and as a row of CSV."""
 
 import io
+import json
 
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import tensor_to_vector
 from hefting.export.target import Target
+
+
+def write_json(estimate: Estimate, name: str) -> str:
+    """JSON that `Estimate.load` reads; it does not hold the name."""
+    return json.dumps(estimate.to_dict(), indent=1) + "\n"
+
+
+JSON = Target(
+    name="json",
+    description="the estimate itself, which Hefting reads back",
+    suffixes=(".json",),
+    write_estimate=write_json,
+    is_read_back=True,
+)
+
 
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 AT_COM = ("mass", "cx", "cy", "cz", *(f"I{e}" for e in ENTRIES))
@@ -16,7 +32,7 @@ COLUMNS = (
     *(f"std_{column}" for column in AT_COM),
     *("samples", "duration", "physically_consistent", "open"),
 )
-"""Columns of the CSV: J is the inertia about the sensor's origin [kg m²]; std, one
+"""Columns of the CSV: J is the inertia about the frame's origin [kg m²]; std, one
 standard deviation, is empty if the method has none; duration in s; open lists the
 columns at the COM that neither the recording nor a shape determines, separated by
 spaces."""
@@ -41,7 +57,7 @@ def write(estimate: Estimate, name: str) -> str:
     writer.writerow(
         (
             *map(_text, (name, estimate.method)),
-            "sensor",
+            estimate.frame,
             *("" if value is None else repr(float(value)) for value in values),
             *(estimate.samples, estimate.duration, estimate.physically_consistent),
             " ".join(undetermined),
@@ -55,7 +71,7 @@ def _text(cell: str) -> str:
     return f"'{cell}" if cell.startswith(("=", "+", "-", "@")) else cell
 
 
-TARGET = Target(
+CSV = Target(
     name="csv",
     description="the estimate as one row of a table",
     suffixes=(".csv",),
