@@ -15,7 +15,7 @@ from hefting.core.spatial import Array, angle_between
 from hefting.core.torque_moments import PAYLOAD, pseudo_inverse_half
 from hefting.identification.checks import mass_undetermined
 from hefting.identification.torque_suspects import give_gravity, levelled
-from hefting.robots.joint_log import angle_doubts
+from hefting.robots.joint_motion import angle_doubts
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.rivals import better_rival

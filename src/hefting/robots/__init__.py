@@ -4,7 +4,7 @@ of its inertials."""
 from hefting.robots.arm import Arm
 from hefting.robots.inertia_check import LinkCheck, check_inertias
 from hefting.robots.inertia_repair import Repaired, repair_inertias
-from hefting.robots.joint_log import with_poses
+from hefting.robots.joint_motion import with_poses
 from hefting.robots.robot import Robot
 
 __all__ = [

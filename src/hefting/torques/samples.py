@@ -21,7 +21,7 @@ from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream, column_names
 from hefting.core.spatial import Array, Indices, Mask, interpolated, median, runs_of
 from hefting.motion.curve import Curve
-from hefting.robots.joint_log import named_columns
+from hefting.robots.joint_motion import named_columns
 from hefting.torques.dynamics import JointDynamics
 
 FEWEST = 20
