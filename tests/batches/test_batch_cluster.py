@@ -80,7 +80,7 @@ def test_a_scheduler_that_dies_is_said_and_nothing_is_lost(
     scheduler = started(
         "scheduler", "--port", "0", "--scheduler-file", told, *alone_here
     )
-    while not told.exists():
+    while not told.exists() or not told.read_text().endswith("}"):  # or half written
         time.sleep(0.1)
     address = json.loads(told.read_text())["address"]
     worker = started("worker", address, "--nthreads", "1", "--no-dashboard")

@@ -106,9 +106,9 @@ def compare(
     `methods` are names of methods and variants, separated by commas if in one string, of
     which ``"all"`` stands for all that can be used, classes of estimators, or complete
     ones. `hyperparameters`, such as ``c1``, are for those of the others that have them,
-    `reading` other arguments of
-    `hefting.identify`. Raises `InputError` for an unknown method or hyperparameter, for a
-    named method whose needs are not given, and as `hefting.identify` does.
+    `reading` other arguments of `hefting.identify`. Raises `InputError` for an unknown
+    method or hyperparameter, for a named method whose needs are not given, and as
+    `hefting.identify` does.
     """
     words = methods.split(",") if isinstance(methods, str) else methods
     named = _by_name(words)

@@ -153,9 +153,9 @@ def calibrate(
 
     By ten-parameter least squares, whose lack of a prior avoids a bias of the object's
     estimate. Of a recording in which an object is picked up or placed, the longest part
-    with an empty gripper is used. The wrench's bias is in ``Estimate.bias``, the noise levels in
-    ``provenance["noise"]``. Errors as for `identify`; `NotIdentifiableError` also if the
-    motion leaves the COM open.
+    with an empty gripper is used. The wrench's bias is in ``Estimate.bias``, the noise
+    levels in ``provenance["noise"]``. Errors as for `identify`; `NotIdentifiableError`
+    also if the motion leaves the COM open.
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Parquet, and Arrow's own files (Feather) and streams: a table with nulls where nothing
-was measured, Parquet's read block by block. A column
-``state`` of lists becomes columns ``state_0``, ``state_1``, ..., a column ``force`` of
-structures becomes columns ``force.x``, ... ."""
+was measured, Parquet's read block by block. A column ``state`` of lists becomes columns
+``state_0``, ``state_1``, ..., a column ``force`` of structures becomes columns
+``force.x``, ... ."""
 
 import io
 import struct
