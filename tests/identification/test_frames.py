@@ -24,7 +24,7 @@ def estimate() -> Estimate:
     return OLS(bias="estimate").fit(z)
 
 
-def test_in_another_frame_errors_are_those_of_the_moved_body(estimate):
+def test_in_another_frame_errors_are_those_of_the_moved_body(estimate, tmp_path):
     """Covariance and intervals, by draws of the ten numbers and of the frame's pose: 4,000
     give a variance to 2.2 %, and the largest error of a hundred is some four times that."""
     rng = np.random.default_rng(8)
@@ -56,6 +56,9 @@ def test_in_another_frame_errors_are_those_of_the_moved_body(estimate):
         estimate_given(moved)
     with pytest.raises(InputError, match="different frames: cup, sensor"):
         hefting.compare(moved, estimate)
+    moved.save(tmp_path / "moved.json")
+    with pytest.raises(InputError, match="is in cup axes; give the one in sensor axes"):
+        hefting.Estimate.load(tmp_path / "moved.json")
 
 
 def test_in_another_frame_is_open_what_follows_from_an_open_number(estimate):

@@ -302,8 +302,8 @@ class Estimate(Shown):
         """Read an estimate written by `save` or ``hefting identify --json``; of several
         methods, that of the recommended one.
 
-        Raises `InputError` when the file cannot be read, is no estimate, or holds
-        numbers that do not fit.
+        Raises `InputError` when the file cannot be read, is no estimate, is not in sensor
+        axes, or holds numbers that do not fit.
         """
         fix = "write an estimate with hefting identify or calibrate, --output FILE.json"
         content: Any = read_json(path, fix)
@@ -314,6 +314,9 @@ class Estimate(Shown):
             raise InputError(what, path, fix)
         if data.get("schema") != SCHEMA:
             raise InputError(f"is not an estimate of schema {SCHEMA}", path, fix)
+        if (frame := data.get("frame")) not in (None, "sensor"):
+            fix = "give the one in sensor axes from which it was made"
+            raise InputError(f"is in {str(frame)[:40]} axes", path, fix)
         try:
             found = cls(**fields_of(data))
             graver = graver_reasons(data, found.verdict)

@@ -86,10 +86,8 @@ def fields_of(data: Json) -> dict[str, Any]:
 
 
 def _check_said(data: Json, parameters: InertialParameters) -> None:
-    """`ValueError` for a frame, mass or COM that contradicts the parameters; each may
-    be missing."""
-    if data.get("frame") not in (None, "sensor"):
-        raise ValueError("the frame is not sensor")
+    """`ValueError` for a mass or COM that contradicts the parameters; each may be
+    missing."""
     for name, shape in {"mass": (), "center_of_mass": (3,)}.items():
         found = getattr(parameters, name)
         said = _shaped(data, name, *shape)
