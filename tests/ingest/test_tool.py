@@ -194,7 +194,7 @@ def test_one_recording_of_a_pick_and_a_placing_shows_gripper_and_object():
     assert low < GRIPPER.mass < high
     assert high - low < 0.05
     (said,) = (m for m in tool.warnings if "where the gripper is empty" in m)
-    assert said.code == "change-part-used"
+    assert said.code == "change-gripper-used"
     found = identify(whole, tool=tool, bias="estimate", method="OLS").estimate
     low, high = found.interval("mass")
     assert low < 1.0 < high

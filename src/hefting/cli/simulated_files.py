@@ -112,9 +112,8 @@ RENAMED = {"ur5": "ur5e"}
 def beside(output: Path) -> tuple[Path, Path]:
     """Paths of the empty run and the URDF for a log."""
     mark = ".empty" if output.suffix else "-empty"  # a folder's name has no suffix
-    return output.with_name(f"{output.stem}{mark}{output.suffix}"), output.with_suffix(
-        ".urdf"
-    )
+    empty = output.with_name(f"{output.stem}{mark}{output.suffix}")
+    return empty, output.with_suffix(".urdf")
 
 
 def check_options(a: argparse.Namespace, actions: Iterable[argparse.Action]) -> None:

@@ -354,7 +354,7 @@ def estimate_of(given: Estimate | Answered) -> Estimate:
 
 
 def estimate_given(
-    given: Estimate | Answered | str | Path, any_frame: bool = False
+    given: Estimate | Answered | str | Path, *, any_frame: bool = False
 ) -> Estimate:
     """As `estimate_of`, or from the file at a path; `InputError` for one in another frame
     than the sensor's, unless any will do."""

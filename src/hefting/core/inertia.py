@@ -280,8 +280,6 @@ PARAMETERS_OF = np.stack(
     axis=1,
 )
 """(10, 10) takes coordinates of a pseudo-inertia to the parameters of its body."""
-COORDINATES_OF = np.asarray(np.linalg.inv(PARAMETERS_OF), dtype=float)
-"""(10, 10) its inverse."""
 
 
 def mat(q: Array) -> Array:
@@ -312,7 +310,8 @@ def congruence(G: Array) -> Array:
 def moving(pose_old_in_new: Array) -> Array:
     """(10, 10) takes parameters to those in a frame in which the old one has this pose
     (4, 4)."""
-    return PARAMETERS_OF @ congruence(pose_old_in_new) @ COORDINATES_OF
+    units = map(InertialParameters, np.eye(10))
+    return np.column_stack([unit.moved(pose_old_in_new).vector for unit in units])
 
 
 def misplaced(vector: Array, pose_std: Sequence[float]) -> Array:
@@ -321,5 +320,6 @@ def misplaced(vector: Array, pose_std: Sequence[float]) -> Array:
     errors = np.tile(np.eye(4), (6, 1, 1))
     errors[:3, :3, 3] = pose_std[0] * np.eye(3)
     errors[3:, :3, :3] = [rotation_by(pose_std[1] * axis) for axis in np.eye(3)]
-    changes = np.array([moving(error) @ vector - vector for error in errors])
+    body = InertialParameters(vector)
+    changes = np.array([body.moved(error).vector - vector for error in errors])
     return changes.T @ changes

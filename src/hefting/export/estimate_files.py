@@ -10,7 +10,7 @@ from hefting.export.target import Target
 
 
 def write_json(estimate: Estimate, name: str) -> str:
-    """JSON that `Estimate.load` reads; it does not hold the name."""
+    """JSON, which `Estimate.load` reads in sensor axes; it does not hold the name."""
     return json.dumps(estimate.to_dict(), indent=1) + "\n"
 
 

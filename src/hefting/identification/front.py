@@ -114,6 +114,7 @@ def identify(
         differ from `time`. Without `time` each sample is a static pose.
     sign : {"auto", "on-object", "on-sensor"}
         Body that the recorded wrench acts on; ``"auto"`` determines it from gravity.
+        `wrench` accepts these words too.
     unit : str, optional
         Length unit of the shape's file, mesh or points: m, cm, mm or in.
     object_pose : (4, 4) or seven numbers, optional

@@ -185,7 +185,7 @@ def calibration(
     if empty is not None:
         found = how(start=empty.start, duration=empty.duration)
         what = f"only {empty.start:.2f} to {empty.end:.2f} s is used, where the gripper is empty"
-        part = warning("change-part-used", what, "start")
+        part = warning("change-gripper-used", what, "start")
         found = replace(found, warnings=(part, *found.warnings))
     require_object(found, None)
     settings = OLS.settings(known_of(found, None))

@@ -249,7 +249,7 @@ def angles_guess(
     if form == BY_NUMBERS:
         angle = find_unit(unit, "angle", sample.source)
         radians = angle.to_si(sample.values[:, list(columns)])
-        chosen, why = form_of_angles(radians, angle.name == "deg")
+        chosen, why = form_of_angles(radians, in_degrees=angle.name == "deg")
         form = f'form = "{chosen}"'
         doubt = f"{why}; {ANOTHER_ORDER}" if why else ANOTHER_FORM
     remark = "; ".join(filter(None, (remark, doubt)))

@@ -146,7 +146,7 @@ SMOOTHER = 0.2
 as both jump where messages are lost."""
 
 
-def form_of_angles(angles: Array, in_degrees: bool = False) -> tuple[str, str]:
+def form_of_angles(angles: Array, *, in_degrees: bool = False) -> tuple[str, str]:
     """Form of the angles (N, 3) [rad] of successive poses, and a reason: a rotation
     vector, as UR writes in radians, or "rpy", as makes write that log degrees; the other
     where that one would jump."""

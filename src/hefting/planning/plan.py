@@ -194,7 +194,8 @@ def plan(
     ----------
     urdf : path of the robot's URDF, which has limits of position and speed.
     tip : link whose frame is the sensor's.
-    estimate : an earlier `Estimate` of the object, with covariance, or its JSON file.
+    estimate : an earlier `Estimate` of the object, with covariance, or its JSON file, or
+        what `hefting.identify` returns.
     shape : shape of the object, in the sensor frame.
     until : accuracy to reach, as in ``mass=1%,com=2mm,inertia=20%``; without it the
         volume of the ellipsoid of uncertainty is minimised.

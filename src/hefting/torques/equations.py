@@ -171,8 +171,8 @@ class TorqueScales:
     """Moments at each time scale, from which the noise and its colour are found when the
     samples are no longer kept.
 
-    Consecutive rows are transformed to their Haar coefficients, which is orthonormal: all
-    scales together are the rows. Coefficients of coloured noise are nearly independent,
+    Consecutive rows are transformed to their Haar coefficients, orthonormally: all scales
+    together are the rows. Coefficients of coloured noise are nearly independent,
     with one variance per scale (Wornell 1993).
     """
 

