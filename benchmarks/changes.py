@@ -41,7 +41,7 @@ class Run:
     error: float
     """[s] from the event to the nearest change; infinite where none was told"""
     held: bool
-    """whether the stretch chosen holds nothing of the event"""
+    """whether the stretches used hold nothing of the event"""
 
 
 def main() -> None:
@@ -98,9 +98,10 @@ def run(case: "Case", changes: "Changes | None") -> Run:
             kind == case.kind and abs(at - case.time) < NEAR for at, kind in told
         )
         assert changes is not None
-        part = changes.chosen
         end = case.time if case.end is None else case.end
-        held = part.end <= case.time + 0.1 or part.start >= end
+        held = all(
+            part.end <= case.time + 0.1 or part.start >= end for part in changes.used
+        )
     return Run(
         case.kind, case.motion, case.level, bool(told), error < NEAR, named, error, held
     )

@@ -246,7 +246,8 @@ CASES = {
             "change-point",
             ("swapped", "1.5"),
             "It was picked up, put down, swapped, or slipped in the gripper. The longest "
-            "stretch of one free body is used.",
+            "stretch of one free body is used, with those that only contacts divide from "
+            "it.",
         ),
         Case(
             "An object that changes gradually",

@@ -153,9 +153,10 @@ def test_a_contact_of_more_than_half_the_recording_is_said():
     assert (touch.start, touch.end) == pytest.approx((2.0, 7.5), abs=0.2)
     (said,) = [w for w in found.warnings if w.code == "change-touched"]
     assert "more than half" in said
-    # the longest stretch is what comes after it
-    assert found.measurements.time[0] > 7.4
-    # least squares of 2.8 s: 0.3 % of the mass
+    # what comes before and after it is used
+    time = found.measurements.time
+    assert not ((time > 2.1) & (time < 7.4)).any()
+    # least squares of 4.5 s: 0.3 % of the mass
     assert found.fit.vector[0] == pytest.approx(1.5, rel=0.02)
 
 
@@ -224,6 +225,50 @@ def test_identify_takes_the_stretch_as_if_it_had_been_given():
     assert found.parameters.mass == pytest.approx(held.mass, rel=0.02)
     (kept,) = (s for s in found.provenance["stretches"] if s["start"] == part.start)
     assert kept["mass"] == pytest.approx(held.mass, rel=0.05)
+
+
+def touched(slip: float) -> Recording:
+    """A box moved for 12 s, pushed from 5 to 7 s, that slips [m] in the grip then."""
+    held = InertialParameters(body(1.2, 0.03, 0.02, 0.08))
+    way = np.eye(4)
+    way[0, 3] = slip
+    joints = moved("random", 12.0, 3)
+    one, other = (wield_analytically(UR5, joints, b) for b in (held, held.moved(way)))
+    time = one.motion.time[:, None]
+    swing = 1.0 + 0.3 * np.sin(5.0 * time)
+    push = ((time > 5.0) & (time < 7.0)) * swing * (3.0, 2.0, -1.0, 0.1, -0.2, 0.1)
+    wrench = np.where(time < 6.0, one.measurements.wrench, other.measurements.wrench)
+    z = replace(
+        one.measurements, force=(wrench + push)[:, :3], torque=(wrench + push)[:, 3:]
+    )
+    faults = Faults(
+        wrench_noise=WRENCH_NOISE["moderate"], bias=(1.0, 2.0, 3.0, 0, 0, 0)
+    )
+    return record(replace(one, measurements=z), faults, seed=4)
+
+
+def test_what_a_contact_divides_is_used_together():
+    found = identify(touched(0.0))
+    changes = found.ingested.changes
+    assert changes is not None
+    assert changes.used == changes.stretches
+    assert len(changes.used) == 2
+    (said,) = (w for w in found.warnings if w.code == "change-part-used")
+    assert re.search(r"only 0\.00 to 4\.\d+ s, 7\.\d+ to 1[12]\.\d+ s is used", said)
+    time = found.ingested.measurements.time
+    assert (time.min() < 0.5) & (time.max() > 11.5)
+    assert not ((time > 5.1) & (time < 6.9)).any()
+    # a gap in the wrench is what was left out, and is told once
+    assert [s.cause for s in found.ingested.left_out if s.samples == 0] == ["touched"]
+    low, high = found.estimate.interval("mass")
+    assert low < 1.2 < high
+
+
+def test_what_slipped_when_it_was_touched_is_not():
+    """By 4 mm."""
+    changes = ingest(touched(0.004)).changes
+    assert changes is not None
+    assert changes.used == (changes.chosen,)
 
 
 def test_a_part_that_is_given_is_used_as_it_is(monkeypatch: pytest.MonkeyPatch):

@@ -21,8 +21,8 @@ from hefting.ingest.rivals import (
     not_rigid,
 )
 from hefting.ingest.rivals.consequence import doubt_of
+from hefting.ingest.rivals.elastic import Vibration
 from hefting.ingest.rivals.explanation import as_given
-from hefting.ingest.rivals.vibration import Vibration
 
 pytestmark = pytest.mark.usefixtures("same_poses")
 

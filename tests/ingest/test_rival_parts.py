@@ -19,8 +19,8 @@ from hefting.ingest.rivals.axes_turned import (
     _quadratic,
 )
 from hefting.ingest.rivals.base import _along_axis
-from hefting.ingest.rivals.calibration_matrix import RANGES, _largest_error
 from hefting.ingest.rivals.evidence import Rows
+from hefting.ingest.rivals.sensor_calibration import RANGES, _largest_error
 
 
 def test_quarter_turns_are_the_rotations_of_a_cube():

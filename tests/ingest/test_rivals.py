@@ -14,8 +14,8 @@ from hefting.identification import identify
 from hefting.ingest import condition
 from hefting.ingest.path import static_path
 from hefting.ingest.rivals import (
-    calibration_matrix,
     placement,
+    sensor_calibration,
 )
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import doubt_of
@@ -174,7 +174,7 @@ def test_a_channel_is_told_of_static_poses(count):
     poses = replace(wrong, streams=streams, static=True)
     gravity = np.array(STANDARD_GRAVITY)
     case = Case.of(poses, static_path(poses), gravity, 0.0, biased=True)
-    found = calibration_matrix.explain_channel(case)
+    found = sensor_calibration.explain_channel(case)
     assert found is not None
     said, factor = re.split(r"(?<=be )", found.what)
     assert said == "the channel fy seems to be "

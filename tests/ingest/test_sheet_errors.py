@@ -8,7 +8,7 @@ from benchmarks.clean import simulated
 
 from hefting import identify
 from hefting.core.spatial import Array
-from hefting.ingest.rivals.calibration_matrix import RANGES
+from hefting.ingest.rivals.sensor_calibration import RANGES
 
 
 def mixed(number: int, std: float) -> Array:

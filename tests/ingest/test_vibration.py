@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
-from hefting.ingest.rivals import vibration
-from hefting.ingest.rivals.vibration import Vibration
+from hefting.ingest.rivals import elastic
+from hefting.ingest.rivals.elastic import Vibration
 
 AXES = np.array((1.0, 2.0, -2.0, 0.1, 0.0, -0.2))
 
@@ -15,7 +15,7 @@ AXES = np.array((1.0, 2.0, -2.0, 0.1, 0.0, -0.2))
 def of(residual, monkeypatch, rate: float = 100.0, start: float = 0.0):
     """The vibration of a residual (B, 6) at that rate."""
     time = start + np.arange(len(residual)) / rate
-    monkeypatch.setattr(vibration, "_residual", lambda case: (time, residual))
+    monkeypatch.setattr(elastic, "_residual", lambda case: (time, residual))
     return Vibration.of(cast(Any, None))
 
 

@@ -85,17 +85,19 @@ OMITTED = ("mixture", "last", "prior", "move", "samples")
 
 
 def of_several() -> dict[str, Any]:
-    """Two recordings; and a posterior that goes on from the one before."""
+    """Two recordings; and a posterior that goes on from the one before, twice, as a first
+    pass ends anywhere within its tolerance."""
     estimator = Bayes(shape(), bias="estimate")
     first, second = (
         estimator.update(estimator.start(), z) for z in (dynamic()[:120], biased())
     )
     before, last = estimator.continued(first, None)
     more = estimator.update(first, dynamic()[120:])
+    _, settled = estimator.continued(more, last)
     return {
         "two": estimator.estimate(estimator.merge(first, second)),
         "before": before,
-        "continued": estimator.continued(more, last)[0],
+        "continued": estimator.continued(more, settled)[0],
         "from estimate": estimator.estimate(more, before),
     }
 

@@ -24,13 +24,12 @@ from hefting.ingest.rivals import (
     axis_flipped,
     base,
     bias,
-    calibration_matrix,
     consequence,
     elastic,
-    gain_by_load,
     not_rigid,
     placement,
     pose_forms,
+    sensor_calibration,
     timing,
     units,
 )
@@ -69,8 +68,10 @@ NAMES = {
     pose_forms.explain_composed: "orientation_form",
     pose_forms.explain_inverse: "pose_inverse",
     pose_forms.explain_position_axes: "position_axes",
-    calibration_matrix.explain_channel: "one_channel",
-    gain_by_load.explain_hysteresis: "hysteresis",
+    sensor_calibration.explain: "calibration_matrix",
+    sensor_calibration.explain_by_load: "gain_by_load",
+    sensor_calibration.explain_channel: "one_channel",
+    sensor_calibration.explain_hysteresis: "hysteresis",
     placement.explain_lever: "lever_arm",
     units.explain_position: "position_unit",
     units.explain_time: "time_unit",
@@ -245,7 +246,7 @@ def parts() -> dict[str, Any]:
         "swing": not_rigid.swing(Signal(values, 100.0), 1.5, 0.1),
         "swings": not_rigid._Driven.of(case).swinging(2.0, 0.05),
         "filtered": [timing.low_passed(from_zero, order, 1.7)[1:] for order in (1, 2)],
-        "lag": list(gain_by_load._lags(six, np.array((0.01, 0.2)))),
+        "lag": list(sensor_calibration._lags(six, np.array((0.01, 0.2)))),
         "flips": matrices,
         "starts": axes_turned.QUARTER_TURNS,
         "fixes": {
@@ -253,7 +254,7 @@ def parts() -> dict[str, Any]:
         },
         "ascent": (turned, value, Q, square),
         "matrix": [
-            calibration_matrix._largest_error(
+            sensor_calibration._largest_error(
                 np.array(each), np.array((9, 8, 7, 1, 1, 0.5))
             )
             for each in (errors, errors * (1.0 + 9.0 * np.eye(6)))

@@ -10,7 +10,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
 from hefting.core.spatial import in_sensor_axes
-from hefting.ingest.changes.stretches import Changes
+from hefting.ingest.changes.stretches import Changes, Stretch
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
@@ -24,7 +24,7 @@ Condition = Callable[[Recording], Conditioned]
 
 @immutable
 class ChosenPart:
-    """The recording, or its stretch of one free body that is used."""
+    """The recording, or its stretches of one free body that are used."""
 
     recording: Recording
     found: Conditioned
@@ -48,7 +48,8 @@ def choose_part(
     """The part of a recording to use: where the object changes its longest stretch, if
     possible with an object in the hand, else all of it.
 
-    All of it is used too if a mistake explains it, or the part was given. `fit` conditions
+    Stretches that only contacts divide from that one are used too, unless together they
+    are in doubt. All of it is used if a mistake explains it, or the part was given. `fit` conditions
     a part without looking for changes; `sensor_errors` as in `Case`.
     """
     with_tool, changes = tool is not None, found.changes
@@ -64,16 +65,33 @@ def choose_part(
         changes = changes.beside(tool.parameters.vector)
     if as_given:
         return ChosenPart(recording, found, whole, changes)
-    stretch = changes.chosen
-    part = recording.slice(stretch.start, stretch.duration)
-    of_part = fit(part)
-    doubt = doubt_of(case_of(part, of_part), with_tool=with_tool)
+
+    def judged(changes: Changes) -> tuple[Recording, Conditioned, Doubt | None]:
+        part = _during(recording, changes.used)
+        of_part = fit(part)
+        return part, of_part, doubt_of(case_of(part, of_part), with_tool=with_tool)
+
+    part, of_part, doubt = judged(changes)
+    if doubt is not None and len(changes.used) > 1:
+        changes = replace(changes, alone=True)
+        part, of_part, doubt = judged(changes)
     if doubt is not None and doubt.is_fatal:
         # two mistakes at once may imitate a change
         whole = doubt_of(case, with_tool=with_tool)
         if whole is not None and whole.needs_no_change:
             return ChosenPart(recording, found, whole)
     return ChosenPart(part, of_part, doubt, changes)
+
+
+def _during(recording: Recording, stretches: tuple[Stretch, ...]) -> Recording:
+    """The recording from the first stretch to the last, with the wrench in stretches
+    alone."""
+    first, start = stretches[0].start, recording.start
+    part = recording.slice(first, stretches[-1].end - first)
+    wrench = part["wrench"]
+    time = wrench.time - start
+    inside = np.any([(s.start <= time) & (time < s.end) for s in stretches], axis=0)
+    return replace(part, streams={**part.streams, "wrench": wrench[inside]})
 
 
 def _case(

@@ -80,8 +80,9 @@ def ingest(
     accuracy : of the sensor, whose errors within it are no mistake; or the typical one.
 
     Where the object changes, the longest stretch of one free body is used, with an
-    object in the hand if there is one; where `start` or `duration` is given the part is
-    used as it is, with a warning. Whether the recording determines an object is checked by
+    object in the hand if there is one, and those that only contacts divide from it;
+    where `start` or `duration` is given the part is used as it is, with a warning.
+    Whether the recording determines an object is checked by
     `hefting.ingest.plausibility.require_object`. Raises `InputError` for what cannot be
     read or understood.
     """

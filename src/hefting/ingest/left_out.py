@@ -1,12 +1,13 @@
 """Spans of a log that were left out, with their causes."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask, median, runs_of
-from hefting.ingest.changes.stretches import Changes
+from hefting.ingest.changes.stretches import Changes, Stretch
 from hefting.ingest.conditioned import Conditioned
 
 CAUSES = {
@@ -68,7 +69,8 @@ def left_out_of(
         masks["no-pose"] = ~found.path.known_at(wrench.time - found.offset)
     spans = [s for cause, mask in masks.items() for s in runs(cause, time, mask)]
     if not part.static:
-        spans += _missing(time)
+        used = () if changes is None else changes.later(later).used
+        spans += [gap for gap in _missing(time) if not _divides(gap, used)]
         spans += _stalled_ends(whole, part, first)
         spans += _faulty_poses(whole, part, first)
     spans += [] if changes is None else _of_changes(changes.later(later))
@@ -89,6 +91,14 @@ def _missing(time: Array) -> list[Span]:
         return []
     long = np.flatnonzero(steps > GAP * median(steps))
     return [Span("no-wrench", float(time[i]), float(time[i + 1]), 0) for i in long]
+
+
+def _divides(gap: Span, used: tuple[Stretch, ...]) -> bool:
+    """Whether a gap is a contact between stretches of one body."""
+    return any(
+        gap.start < after.start and before.end < gap.end
+        for before, after in pairwise(used)
+    )
 
 
 def _stalled_ends(whole: Recording, part: Recording, first: float) -> list[Span]:
@@ -122,7 +132,6 @@ def _absent(every: Stream, kept: Stream, part: Recording) -> Mask:
 
 
 def _of_changes(changes: Changes) -> list[Span]:
-    chosen = changes.chosen
-    others = [s for s in changes.stretches if s is not chosen]
+    others = [s for s in changes.stretches if s not in changes.used]
     spans = [Span("other", s.start, s.end, 0) for s in others]
     return spans + [Span("touched", t.start, t.end, 0) for t in changes.touches]

@@ -96,12 +96,29 @@ class Changes:
     """in order"""
     duration: float
     """[s] of the recording"""
+    alone: bool = False
+    """whether the chosen stretch is used without those beside it"""
 
     @property
     def chosen(self) -> Stretch:
         """The longest stretch, if possible with an object in the hand."""
         held = [s for s in self.stretches if not s.bare]
         return max(held or self.stretches, key=lambda stretch: stretch.duration)
+
+    @property
+    def used(self) -> tuple[Stretch, ...]:
+        """The chosen stretch, and unless it is used alone those of the same body that
+        only contacts divide from it."""
+        begin = self.stretches.index(self.chosen)
+        end = begin + 1
+        if not self.alone:
+            while begin > 0 and self.stretches[begin - 1].event == "touched":
+                begin -= 1
+            while (
+                end < len(self.stretches) and self.stretches[end - 1].event == "touched"
+            ):
+                end += 1
+        return self.stretches[begin:end]
 
     @property
     def gripper(self) -> Stretch | None:
@@ -211,8 +228,8 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
     if not chosen:
         what = f"the part that was given is used, though no single free body explains it; parts of one body: {parts}"
         return [*said, error("change-left-in", what, "start")]
-    used = changes.chosen
-    what = f"only {used.start:.2f} to {used.end:.2f} s is used; parts to choose from: {parts}"
+    used = ", ".join(f"{s.start:.2f} to {s.end:.2f} s" for s in changes.used)
+    what = f"only {used} is used; parts to choose from: {parts}"
     if changes.gripper is not None:
         what += (
             f"; the gripper of {changes.gripper.mass:.3g} kg is included: to leave it out, "

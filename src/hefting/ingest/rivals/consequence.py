@@ -9,12 +9,12 @@ from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.elastic import Vibration
 from hefting.ingest.rivals.evidence import unexplained_share
 from hefting.ingest.rivals.explanation import Explanation
 from hefting.ingest.rivals.judge import Judged
 from hefting.ingest.rivals.timing import FILTERED
 from hefting.ingest.rivals.two_mistakes import judge, judge_alone
-from hefting.ingest.rivals.vibration import Vibration
 
 Said = TypeVar("Said", bound=str)
 LARGE_MASS_CHANGE = 0.03

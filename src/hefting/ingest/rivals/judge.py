@@ -31,9 +31,6 @@ from hefting.ingest.rivals import (
     bias,
     timing,
 )
-from hefting.ingest.rivals.calibration_matrix import (
-    errors_on_data_sheet,
-)
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
     NEGLIGIBLE_UNEXPLAINED,
@@ -51,6 +48,9 @@ from hefting.ingest.rivals.explanation import (
     as_given,
     explained_by_motion,
     newton_euler,
+)
+from hefting.ingest.rivals.sensor_calibration import (
+    errors_on_data_sheet,
 )
 from hefting.ingest.rivals.small_mistakes import score
 from hefting.ingest.robust_rows import RobustRows

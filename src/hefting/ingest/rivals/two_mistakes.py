@@ -17,6 +17,7 @@ from hefting.core.progress import each as each_of
 from hefting.core.spatial import distinct
 from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE, bias
 from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.elastic import Vibration
 from hefting.ingest.rivals.evidence import NEGLIGIBLE_UNEXPLAINED, missing
 from hefting.ingest.rivals.explanation import (
     Explanation,
@@ -32,7 +33,6 @@ from hefting.ingest.rivals.judge import (
     independent_samples,
     judge_one,
 )
-from hefting.ingest.rivals.vibration import Vibration
 
 LARGE_UNEXPLAINED = 0.2
 """Residual over the wrench's changes from which on two mistakes are searched for: for
