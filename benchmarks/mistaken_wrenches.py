@@ -13,12 +13,18 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 
 
-def turned(axis: Array, degrees: float) -> Change:
+def turned(axis: Array, degrees: float, only: int | None = None) -> Change:
+    """Both turned about an axis; the force alone where `only` is 0, the torque where it
+    is 1."""
+
     def make(given: Given, rng: np.random.Generator) -> Given:
         R = Rotation.from_rotvec(np.radians(degrees) * np.asarray(axis, dtype=float))
 
         def turn(_: Array, w: Array) -> Array:
-            return np.hstack((R.apply(w[:, :3]), R.apply(w[:, 3:])))
+            parts = (w[:, :3], w[:, 3:])
+            return np.hstack(
+                [p if only == 1 - i else R.apply(p) for i, p in enumerate(parts)]
+            )
 
         return given.wrench(turn)
 

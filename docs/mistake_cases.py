@@ -139,6 +139,12 @@ CASES = {
             "One channel has the wrong sign, axes are left-handed, or columns are swapped.",
         ),
         Case(
+            "Force and torque in different axes",
+            "axes-turned-apart",
+            ("torque turned alone", "45°"),
+            "Only one of them was turned into the axes of the flange or the tool.",
+        ),
+        Case(
             "Force and torque in different units",
             "force-unit",
             ("unit of force", "lbf"),

@@ -79,6 +79,13 @@ def add_frames(add: Add) -> None:
         named("axis-flipped"),
         {"x and y": mapped(np.eye(6)[[1, 0, 2, 3, 4, 5]])},
     )
+    apart = named("axes-turned-apart")
+    add("force turned alone", apart, {"30°": turned(z, 30.0, 0)})
+    add(
+        "torque turned alone",
+        apart,
+        {f"{a:.0f}°": turned(x, a, 1) for a in (15.0, 45.0)},
+    )
     add(
         "wrench in base axes",
         named("wrench-in-base-axes"),

@@ -12,13 +12,13 @@ from hefting.ingest.rivals.case import Motion
 from hefting.ingest.rivals.placement import (
     _number,
     _round_turn,
-    _turned,
     advice,
     angle_and_axis,
     moved,
     place_text,
     seen_from_log,
     turn_text,
+    turned_by,
 )
 
 
@@ -46,9 +46,9 @@ def test_a_point_of_a_turning_frame_moves_as_rigid_bodies_do():
     assert found.axes is motion.axes
     wrench = rng.normal(size=(4, 6))
     R = turn((1, 2, 3), 40.0)
-    turned = _turned(cast(Any, SimpleNamespace(wrench=wrench)), R)
-    np.testing.assert_allclose(turned[0, :, :3], wrench[:, :3] @ R.T)
-    np.testing.assert_allclose(turned[0, :, 3:], wrench[:, 3:] @ R.T)
+    turned = turned_by(cast(Any, SimpleNamespace(wrench=wrench)), R)
+    np.testing.assert_allclose(turned[:, :3], wrench[:, :3] @ R.T)
+    np.testing.assert_allclose(turned[:, 3:], wrench[:, 3:] @ R.T)
     seen = seen_from_log(np.arange(1.0, 11.0), r)
     np.testing.assert_allclose(seen, [1.0, 2.1, 2.8, 4.3, *np.arange(5.0, 11.0)])
 

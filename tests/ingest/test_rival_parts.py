@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hefting.core.spatial import STANDARD_GRAVITY, WRENCH
+from hefting.core.spatial import STANDARD_GRAVITY, WRENCH, skew
 from hefting.ingest.offset import Design, _stands_out
 from hefting.ingest.response import Response
 from hefting.ingest.rivals import not_rigid, two_mistakes, wrench_compensated
 from hefting.ingest.rivals.axes_turned import (
     QUARTER_TURNS,
     _ascend,
-    _nearest_rotations,
     _quadratic,
+    nearest_rotations,
 )
+from hefting.ingest.rivals.axis_flipped import _turns_apart
 from hefting.ingest.rivals.base import _along_axis
 from hefting.ingest.rivals.evidence import Rows
 from hefting.ingest.rivals.sensor_calibration import RANGES, _largest_error
@@ -33,7 +34,7 @@ def test_quarter_turns_are_the_rotations_of_a_cube():
 def test_the_nearest_rotation_is_scipys():
     """Of any matrix, those that mirror too."""
     M = np.random.default_rng(1).normal(size=(20, 3, 3))
-    found = _nearest_rotations(M.reshape(4, 5, 9)).reshape(20, 3, 3)
+    found = nearest_rotations(M.reshape(4, 5, 9)).reshape(20, 3, 3)
     # the rotation R for which |M - R| is least aligns the axes with the rows of M
     expected = [Rotation.align_vectors(m.T, np.eye(3))[0].as_matrix() for m in M]
     np.testing.assert_allclose(found, expected, atol=1e-9)
@@ -77,6 +78,25 @@ def test_the_ascent_finds_the_rotation_that_leaves_nothing():
     v = found.reshape(2, 9)
     expected = np.einsum("oi,oij,oj->o", v, Q, v) - square
     np.testing.assert_allclose(value, expected / weights.sum(axis=1), atol=1e-9)
+
+
+def test_force_and_torque_alone_are_turned_back():
+    """An object of 2 kg, in either sign of the wrench: force 2 s, torque 2 [c]x s."""
+    for seed, sign in enumerate((1.0, -1.0)):
+        R = Rotation.random(random_state=seed).as_matrix()
+        c = np.array((0.03, -0.05, 0.1))
+        force, torque = 2.0 * sign * np.eye(3), 2.0 * sign * skew(c)
+        (only, undo), *_ = _turns_apart(R @ force, torque)
+        assert only == 0
+        np.testing.assert_allclose(undo @ R, np.eye(3), atol=1e-12)
+        both = [undo for only, undo in _turns_apart(force, R @ torque) if only == 1]
+        assert len(both) == 2
+        for undo in both:
+            back = undo @ R @ torque
+            np.testing.assert_allclose(back, -back.T, atol=1e-12)
+            assert np.linalg.det(undo) == pytest.approx(1.0)
+        off = [np.abs(undo @ R - np.eye(3)).max() for undo in both]
+        assert min(off) < 1e-12
 
 
 def test_the_largest_error_of_a_calibration_matrix_is_told():

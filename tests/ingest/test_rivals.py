@@ -53,6 +53,8 @@ CLEAR = {
     ("channel times", "fx, 0.5"): "channel-wrong",
     ("dead channel", "tz"): "channel-wrong",
     ("force swapped, torque not", "x and y"): "axis-flipped",
+    ("force turned alone", "30°"): "axes-turned-apart",
+    ("torque turned alone", "45°"): "axes-turned-apart",
     ("cable", "5 N/m"): "cable-force",
     ("sloshing", "30%"): "sloshing",
     ("axes of position", "swapped"): "position-axes",

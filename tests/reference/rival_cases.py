@@ -79,6 +79,7 @@ NAMES = {
     elastic.explain_grip: "elastic_grip",
     elastic.explain_mount: "elastic_mount",
     axes_turned.explain_with_tilt: "turned_and_tilted",
+    axis_flipped.explain_turned_apart: "turned_apart",
     axes_turned.explain_with_axis: "turned_and_tilted",
 }
 RIVALS = {
@@ -95,6 +96,7 @@ OWN = {
     "axis flipped, fx": "axis_flipped",
     "axis flipped, all torques": "axis_flipped",
     "columns swapped, x and y": "axis_flipped",
+    "torque turned alone, 45°": "turned_apart",
     "wrench in base axes, ": "base_axes",
     "bias none, 5 N": "bias_wrong",
     "another run's bias, 3 N": "bias_wrong",

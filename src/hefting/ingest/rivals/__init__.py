@@ -39,6 +39,7 @@ EXPLANATIONS = (
 LINEAR_EXPLANATIONS = (
     axes_turned.explain,
     axis_flipped.explain,
+    axis_flipped.explain_turned_apart,
     units.explain_force,
     units.explain_time,
     placement.explain_lever,

@@ -115,11 +115,11 @@ def _ascend(
     Q, square = _quadratic(case, rows, weights, scale)
     v = np.broadcast_to(starts.reshape(-1, 9), (len(Q), len(starts), 9))
     for _ in range(FIRST_STEPS):
-        v = _nearest_rotations(v @ Q)
+        v = nearest_rotations(v @ Q)
     worst_first = np.argsort(np.sum(v @ Q * v, axis=2), axis=1)
     v = np.take_along_axis(v, worst_first[:, -KEPT_STARTS:, None], axis=1)
     for _ in range(STEPS - FIRST_STEPS):
-        v = _nearest_rotations(v @ Q)
+        v = nearest_rotations(v @ Q)
     value = np.sum(v @ Q * v, axis=2)
     best = np.argmax(value, axis=1)
     each = np.arange(len(Q))
@@ -128,7 +128,7 @@ def _ascend(
     return v[each, best].reshape(-1, 3, 3), (value[each, best] - square) / count
 
 
-def _nearest_rotations(vectors: Array) -> Array:
+def nearest_rotations(vectors: Array) -> Array:
     """The rotations nearest to matrices, both (..., 9) by rows."""
     U, _, V = np.linalg.svd(vectors.reshape(*vectors.shape[:-1], 3, 3))
     U[..., 2] *= np.linalg.det(U @ V)[..., None]

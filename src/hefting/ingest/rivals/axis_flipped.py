@@ -1,22 +1,33 @@
-"""Axes of force or torque with the wrong sign, swapped, or of a left-handed system; and
-torque in the place of force."""
+"""Axes of force or torque with the wrong sign, swapped, turned, or of a left-handed
+system; and torque in the place of force."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.ingest.rivals.axes_turned import QUARTER_TURNS
+from hefting.ingest.rivals.axes_turned import (
+    CROSS_TALK,
+    QUARTER_TURNS,
+    nearest_rotations,
+)
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Rows, fit_free_channels
+from hefting.ingest.rivals.evidence import Rows, fit_free_channels, is_hopeless
 from hefting.ingest.rivals.explanation import (
     FIRST_ITERATIONS,
     Explanation,
     Undone,
     as_columns,
+    fit_as_given,
     newton_euler,
     of_each_wrench,
     over_offsets,
+)
+from hefting.ingest.rivals.placement import (
+    angle_and_axis,
+    find_placement,
+    turn_text,
+    turned_by,
 )
 
 CODE = "axis-flipped"
@@ -56,6 +67,62 @@ def explain(case: Case) -> Explanation | None:
     )
 
 
+TURNED_APART = "axes-turned-apart"
+TURN_STEPS = 4
+"""Gauss-Newton steps of the turn and the clock offset."""
+
+
+def explain_turned_apart(case: Case) -> Explanation | None:
+    """The likeliest turn of the force's axes, or of the torque's, against the other's."""
+    offsets = case.likely_offsets
+    rows = newton_euler(case, case.motion_late(offsets))
+    turns = _turns_apart(*_levers(case, rows))
+    wrenches = np.array([turned_by(case, R, only) for only, R in turns])
+    quick = of_each_wrench(case, rows, wrenches, FIRST_ITERATIONS)
+    if is_hopeless(case, quick, fit_as_given(case)[0]):
+        return None
+    best, at = divmod(quick.best, len(offsets))
+    only, R = turns[best]
+    found = find_placement(
+        case,
+        R,
+        float(offsets[at]),
+        turns=True,
+        moves=False,
+        steps=TURN_STEPS,
+        only=only,
+    )
+    angle, axis = angle_and_axis(found.R)
+    known = float(np.sqrt(axis @ found.covariance @ axis + 0.5 * CROSS_TALK**2))
+    this, other = ("force", "torque")[:: 1 - 2 * only]
+    return Explanation(
+        TURNED_APART,
+        f"the {this}'s axes seem turned by {turn_text(found.R, known)} against the {other}'s",
+        "log both in the same axes",
+        found.fitted,
+        3,
+        rarity=RARITY_OF_APART,
+        effect=angle / max(known, 1e-12),
+        is_grave=only == 1,
+    )
+
+
+def _turns_apart(force: Array, torque: Array) -> list[tuple[int, Array]]:
+    """What turns (0 the force, 1 the torque) and by which rotation (3, 3), for matrices
+    as in `_levers`: the force's becomes nearest to a multiple of the identity; or the
+    torque's to an antisymmetric one, which has two solutions, one for each sign of the
+    arm."""
+    U, _, V = np.linalg.svd(torque)
+    along = np.linalg.det(U) * np.linalg.det(V) * np.outer(V[2], U[:, 2])
+    across = np.outer(V[1], U[:, 0]) - np.outer(V[0], U[:, 1])
+    upright = force.T * np.sign(np.linalg.det(force))
+    return [
+        (0, nearest_rotations(upright.reshape(1, 9)).reshape(3, 3)),
+        (1, along + across),
+        (1, along - across),
+    ]
+
+
 def undone(case: Case) -> Iterator[Undone]:
     """Each of `_changes`, except two axes of force or torque with the wrong sign: with the
     other sign convention that is the third axis and all of the other quantity."""
@@ -83,13 +150,11 @@ def _different_axes(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
     """Signed permutations (6, 6) of the wrench that undo one order of the force's axes
     and another of the torque's, except those in `taken`.
 
-    An object of mass m with its COM at c has the force m s and the torque m [c]x s for a
-    specific force s. Free channels give both matrices, (3, 3). The force's order is the
-    one that brings the first nearest to the identity, and the torque's orders are those
-    that bring the second nearest to an antisymmetric matrix.
+    The force's order is the one that brings its matrix (`_levers`) nearest to the
+    identity, and the torque's orders are those that bring its own nearest to an
+    antisymmetric one.
     """
-    free = fit_free_channels(case, rows.known, rows.used)
-    force, torque = np.split(free.solution[free.best].reshape(-1, 6)[:3].T, 2)
+    force, torque = _levers(case, rows)
     likeness = np.abs((QUARTER_TURNS @ force).trace(0, 1, 2))
     first = QUARTER_TURNS[likeness.argmax()]
     lever = QUARTER_TURNS @ torque
@@ -105,6 +170,15 @@ def _different_axes(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
             if not is_turn and np.abs(np.tensordot(taken, undo)).max() < 6.0:
                 found.append(undo)
     return found
+
+
+def _levers(case: Case, rows: Rows) -> tuple[Array, Array]:
+    """Matrices (3, 3) of force and torque by the specific force s, which free channels
+    give: an object of mass m with its COM at c has the force m s and the torque
+    m [c]x s."""
+    free = fit_free_channels(case, rows.known, rows.used)
+    force, torque = np.split(free.solution[free.best].reshape(-1, 6)[:3].T, 2)
+    return force, torque
 
 
 def _changes() -> list[tuple[str, Array, float]]:

@@ -90,18 +90,20 @@ def find_placement(
     steps: int,
     tilts: bool = False,
     gravity: Array | None = None,
+    only: int | None = None,
 ) -> Placement:
     """The likeliest placement near a rotation and a clock offset [s].
 
     `turns`, `moves` and `tilts` say whether the rotation, the place and gravity's
     direction are free. A place that is not free is the logged frame's origin. The
-    direction is searched for near `gravity` (3,), by default that of the case. The
-    iteration ends early where the placement explains nothing.
+    direction is searched for near `gravity` (3,), by default that of the case. The force
+    turns alone where `only` is 0, the torque where it is 1. The iteration ends early
+    where the placement explains nothing.
     """
     logged, (given, _) = case, fit_as_given(case)
     if gravity is not None:
         case = case.with_gravity(gravity)
-    point, build = np.zeros(3), _builder(case, R, np.zeros(3))
+    point, build = np.zeros(3), _builder(case, R, np.zeros(3), only)
     here = Around.of(case, build, offset)
     parts = np.cumsum((3 * turns, 3 * moves, 2 * tilts))
     size = float(np.linalg.norm(case.gravity))
@@ -110,7 +112,7 @@ def find_placement(
         if taken >= FIRST_STEPS and is_hopeless(logged, fitted, given):
             break
         tilt_scale = size if tilts else None
-        columns = _columns(case, R, here, turns, moves, tilt_scale)
+        columns = _columns(case, R, here, turns, moves, tilt_scale, only)
         step = linear_step(fitted, columns)
         if (np.abs(step.change) < CONVERGED * np.sqrt(step.white.diagonal())).all():
             break
@@ -125,7 +127,7 @@ def find_placement(
         if case.path.moves:
             late = float(step.change[-1])
             offset += float(np.clip(late, -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))
-        build = _builder(case, R, point)
+        build = _builder(case, R, point, only)
         here = Around.of(case, build, offset, fitted)
     known = step.covariance[: parts[-1], : parts[-1]]
     return Placement(R, point, offset, here.fitted, known, case.gravity)
@@ -138,6 +140,7 @@ def _columns(
     turns: bool,
     moves: bool,
     tilt_scale: float | None,
+    only: int | None,
 ) -> Array:
     """(K, 6, q) derivatives of the wrench by what is free: the rotation vector [rad] and
     the place [m], in logged axes, two tilts of gravity, and the clock offset [s] of
@@ -145,7 +148,7 @@ def _columns(
     direction is not free."""
     columns: list[Array] = []
     if turns:
-        columns.append(_turn_columns(case, R, here))
+        columns.append(_turn_columns(case, R, here, only))
     if moves:
         columns.append(_acceleration_columns(here, _arms(here.motion)[0]))
     if tilt_scale is not None:
@@ -156,11 +159,14 @@ def _columns(
     return np.concatenate(columns, axis=2)
 
 
-def _turn_columns(case: Case, R: Array, here: Around) -> Array:
-    """(K, 6, 3) derivative of the wrench by a turn of the sensor: d x w for a turn d of a
-    wrench w, without the residual."""
-    predicted = _turned(case, R)[0] - here.fitted.residual[0]
-    return skew(predicted.reshape(-1, 3)).reshape(len(predicted), 6, 3)
+def _turn_columns(case: Case, R: Array, here: Around, only: int | None) -> Array:
+    """(K, 6, 3) derivative of the wrench by a turn of the sensor, or of what turns alone:
+    d x w for a turn d of a wrench w, without the residual."""
+    predicted = turned_by(case, R, only) - here.fitted.residual[0]
+    columns = skew(predicted.reshape(-1, 2, 3))
+    if only is not None:
+        columns[:, 1 - only] = 0.0
+    return columns.reshape(-1, 6, 3)
 
 
 def _acceleration_columns(here: Around, change: Array) -> Array:
@@ -185,13 +191,18 @@ def _arms(motion: Motion) -> Array:
     return skew(motion.rest[..., :3]) + turning
 
 
-def _turned(case: Case, R: Array) -> Array:
-    """(1, K, 6) the recorded wrench turned by R into logged axes."""
-    return (case.wrench.reshape(-1, 2, 3) @ R.T).reshape(1, -1, 6)
+def turned_by(case: Case, R: Array, only: int | None = None) -> Array:
+    """(K, 6) the recorded wrench turned by R into logged axes; the force alone where
+    `only` is 0, the torque alone where it is 1."""
+    recorded = case.wrench.reshape(-1, 2, 3)
+    turned = recorded @ R.T
+    if only is not None:
+        turned[:, 1 - only] = recorded[:, 1 - only]
+    return turned.reshape(-1, 6)
 
 
-def _builder(case: Case, R: Array, point: Array) -> Build:
-    turned = _turned(case, R)
+def _builder(case: Case, R: Array, point: Array, only: int | None) -> Build:
+    turned = turned_by(case, R, only)[None]
     if not point.any():
         return lambda motion: newton_euler(case, motion, turned)
     return lambda motion: newton_euler(case, moved(motion, point), turned)
