@@ -122,7 +122,12 @@ def test_several_methods_are_compared(recording, methods):
     assert several.verdict == best.verdict
     assert several.warnings == best.warnings
     assert len(repr(several)) < 1500
-    assert "recommended of  LMI, OLS" in repr(several)
+    _, of_each = repr(several).split(f"recommended: {several.reason}\n")
+    for line, (name, each) in zip(
+        of_each.splitlines(), several.results.items(), strict=True
+    ):
+        assert line.split()[0] == name
+        assert float(line.split()[1]) == pytest.approx(each.mass, rel=1e-3)  # rounded
     named = hefting.identify(recording, method="LMI, OLS")
     assert (named.mass, set(named.results)) == (several.mass, {"LMI", "OLS"})
 

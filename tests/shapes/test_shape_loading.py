@@ -115,6 +115,20 @@ def test_bad_specifications(spec):
         load_shape(spec)
 
 
+def test_shapes_of_other_kinds_are_told_how_they_are_converted(tmp_path):
+    files = trimesh.creation.box((1.0, 2.0, 3.0)).export(file_type="gltf")
+    for name, data in files.items():
+        (tmp_path / name).write_bytes(data)
+    path = tmp_path / "model.gltf"
+    with pytest.raises(InputError, match="is read; convert it: pip install") as told:
+        load_shape(path)
+    exec(f"import trimesh; {str(told.value).split('in Python ')[1]}")
+    shape = load_shape(f"{path}.stl")
+    np.testing.assert_allclose(shape.extents, (1.0, 2.0, 3.0), rtol=1e-6)  # float32
+    with pytest.raises(InputError, match=r"is read; export it as \.stl, and give"):
+        load_shape("bracket.STEP")
+
+
 def test_box_takes_no_pose():
     with pytest.raises(InputError, match="sensor frame"):
         load_shape("box:0,1,0,1,0,1", pose=POSE)
@@ -144,6 +158,23 @@ def test_pose_in_a_text_file(tmp_path):
             expected = pose if len(numbers) == 4 else parse_pose("0.1,-0.2,0.3")
             np.testing.assert_allclose(parse_pose(path), expected, atol=1e-6)
     np.savetxt(path, pose[:3])
+    with pytest.raises(InputError, match="not a pose"):
+        parse_pose(path)
+
+
+def test_a_pose_in_a_numpy_file(tmp_path):
+    pose = np.eye(4)
+    pose[:3] = RigidTransform.from_exp_coords((0.1, 0.2, 0.3, 1, 2, 3)).as_matrix()[:3]
+    path = tmp_path / "pose.npy"
+    np.save(path, pose)
+    np.testing.assert_array_equal(parse_pose(path), pose)
+    np.save(path, [0.1, -0.2, 0.3])
+    np.testing.assert_array_equal(parse_pose(path), parse_pose("0.1,-0.2,0.3"))
+    for other in (np.eye(3), np.eye(4) + 0j, np.array(["x"])):
+        np.save(path, other)
+        with pytest.raises(InputError, match="not a pose; give x,y,z"):
+            parse_pose(path)
+    path.write_bytes(b"\x93NUMPY\x01\x00\xff\xffdamaged")
     with pytest.raises(InputError, match="not a pose"):
         parse_pose(path)
 

@@ -7,6 +7,7 @@ the tool's parameters becomes an error of the object's, independent of that of t
 recording: the covariances add.
 """
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,8 +18,10 @@ from hefting.core.estimate import Answered, Estimate, estimate_given
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, warning
+from hefting.core.quantity import MassReading
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array, Mask
+from hefting.logs.registry import find_format
 
 UNDETERMINED_TOOL_INERTIA = 1.0
 """[m²] Standard deviation per kilogram of a tool's parameter that its own recording
@@ -88,9 +91,30 @@ def tool_warnings(tool: Estimate) -> list[Message]:
     return [warning("tool-without-spread", what, "tool")]
 
 
+def _refuse_mass(text: str) -> None:
+    """`InputError` for a mass in place of a file."""
+    try:
+        MassReading.parse(text)
+    except InputError:
+        return
+    what = "a tool's mass alone does not tell its torque"
+    fix = (
+        "record it empty: hefting calibrate EMPTY.csv -o gripper.json, then --tool "
+        "gripper.json; docs/howto/tare.md has what to do with a data sheet"
+    )
+    raise InputError(what, text, fix)
+
+
 def load_tool(given: Estimate | Answered | str | Path) -> Estimate:
     """Estimate of a tool from what `hefting calibrate` or `hefting identify` returns or
-    writes. Raises `InputError` for what is no estimate, or has no mass."""
+    writes. Raises `InputError` for what is no estimate, or has no mass; of a recording,
+    or a mass, it says how an estimate is made."""
+    if isinstance(given, str | Path) and not Path(given).is_file():
+        _refuse_mass(str(given))
+    if isinstance(given, str | Path) and find_format(given):
+        make = shlex.join(["hefting", "calibrate", str(given), "-o", "gripper.json"])
+        fix = f"{make} makes one from it, for --tool gripper.json"
+        raise InputError("is a recording, not an estimate of the tool", given, fix)
     tool = estimate_given(given)
     if not tool.parameters.mass > 0.0:
         what = f"the tool has a mass of {tool.parameters.mass:.3g} kg"

@@ -16,15 +16,19 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.files import MAX_JSON, read_bytes, read_json
 from hefting.core.spatial import Array, check_pose, frozen, plain, pose_matrix
-from hefting.shapes.files import read_ply_vertices
+from hefting.shapes.files import NUMPY, load_array, read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
 from hefting.shapes.shape import LABELS, Shape
 
 __all__ = ["Shape", "as_shape", "load_shape", "parse_pose"]
 
 HOW_POSES_ARE_GIVEN = (
-    "give x,y,z,qx,qy,qz,qw or a JSON or text file with those or a 4 x 4 matrix"
+    "give x,y,z,qx,qy,qz,qw or a JSON, text or .npy file with those or a 4 x 4 matrix"
 )
+
+BY_TRIMESH = (".gltf", ".3mf", ".dae")
+BY_HAND = (".step", ".stp", ".iges", ".igs", ".sldprt", ".fbx", ".blend", ".usd")
+"""Endings of files of shapes that trimesh, or the program that made them, converts."""
 
 
 def load_shape(
@@ -79,7 +83,12 @@ def load_shape(
     if suffix not in MESH_SUFFIXES:
         known = ", ".join(sorted({*MESH_SUFFIXES, *CLOUD_SUFFIXES}))
         fix = f"give box:X0,X1,Y0,Y1,Z0,Z1 or a file ending in {known}"
-        raise InputError("not a shape", text, fix)
+        if suffix in BY_TRIMESH:
+            load = f"trimesh.load_scene({text!r}).to_mesh().export({text + '.stl'!r})"
+            fix = f'convert it: pip install "trimesh[easy]", then in Python {load}'
+        elif suffix in BY_HAND:
+            fix = "export it as .stl, and give the unit it is exported in"
+        raise InputError("not a shape that is read", text, fix)
     return Shape.from_mesh(text, unit, pose, points, points_per_cm3)
 
 
@@ -146,7 +155,7 @@ def as_pose(pose: ArrayLike | str | Path) -> Array:
 
 def parse_pose(source: str | Path) -> Array:
     """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw``, from
-    ``x,y,z`` for parallel axes, or from a JSON or text file.
+    ``x,y,z`` for parallel axes, or from a JSON, text or ``.npy`` file.
 
     The file holds a 4 x 4 matrix or those numbers. Raises `InputError` unless the
     quaternion has unit norm, or the matrix is a rigid motion, within 1e-3.
@@ -178,10 +187,16 @@ def parse_pose(source: str | Path) -> Array:
 
 
 def _numbers_in(path: str) -> Any:
-    """The numbers of a JSON file, or of text as NumPy and scanners' programs write it."""
+    """The numbers of a JSON file, of NumPy's, or of text as it and scanners write it."""
     if not isfile(path):
         raise InputError("neither seven numbers nor a file", path, HOW_POSES_ARE_GIVEN)
-    words = read_bytes(path, MAX_JSON, "a pose").replace(b",", b" ").split()
+    data = read_bytes(path, MAX_JSON, "a pose")
+    if data.startswith(NUMPY):
+        try:
+            return load_array(path)
+        except ValueError:
+            return None
+    words = data.replace(b",", b" ").split()
     try:
         numbers = np.array([float(word) for word in words])
     except ValueError:
