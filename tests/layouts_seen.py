@@ -208,6 +208,19 @@ NAMES = {
         f"time {numbered('site_xpos_', 3)} {numbered('site_xmat_', 9)} {FT}",
         (TIME, POSITION, TURNS.as_matrix().reshape(ROWS, 9), WRENCH),
     ),
+    "sensors of MuJoCo": (
+        f"time {numbered('framepos_', 3)} {numbered('framequat_', 4)} "
+        f"{numbered('force_', 3)} {numbered('torque_', 3)}",
+        (TIME, POSITION, WXYZ, WRENCH),
+    ),
+    "Qualisys, whose angles may be in any order": (
+        f"Time X Y Z Roll Pitch Yaw Residual {' '.join(f'Rot[{i}]' for i in range(9))} "
+        f"{FT}",
+        (
+            *(TIME, 1e3 * POSITION, np.degrees(ZYX), np.abs(ELSE[:, 0])),
+            *(TURNS.as_matrix().swapaxes(1, 2).reshape(ROWS, 9), WRENCH),
+        ),
+    ),
     "frames behind, as of Isaac Lab": (
         f"time {numbered('ee_pos_w_', 3)} {each('ee_quat_w_*', 'x y z w')} "
         f"{numbered('body_incoming_joint_wrench_b_', 6)}",

@@ -19,10 +19,10 @@ WORDS = {
     "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk", "forcetorque"),
     "position": (
         *("", "p", "pos", "position", "translation", "trans", "xyz", "pose", "posx"),
-        *("tcppose", "xpos", "tvec", "位置"),
+        *("tcppose", "xpos", "framepos", "tvec", "位置"),
     ),
     "orientation": (
-        *("q", "o", "r", "u", "quat", "quaternion", "xquat"),
+        *("q", "o", "r", "u", "quat", "quaternion", "xquat", "framequat"),
         *("orientation", "ori", "orn", "orient", "orientu", "rot", "rotation"),
     ),
     "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation", "姿勢"),
