@@ -171,6 +171,10 @@ NAMES = {
         f"timestamp {each('TCP_*', 'x y z rx ry rz')} {each('TCP_force_*', 'x y z rx ry rz')}",
         (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
     ),
+    "of a TCP, its wrench by one letter": (
+        f"time {each('tcp_*', 'x y z rx ry rz')} {each('f_*', 'x y z rx ry rz')}",
+        (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
+    ),
     "Simulink": (
         f"time {numbered('FT:', 6, 1)} {numbered('TCP:', 6, 1)}",
         (TIME, WRENCH, POSITION, SMALL),

@@ -162,6 +162,31 @@ def test_pose_in_a_text_file(tmp_path):
         parse_pose(path)
 
 
+@pytest.mark.parametrize(
+    ("text", "turn"),
+    [
+        ("30mm, -6cm,0.09m,z:90", Rotation.from_euler("z", 90, degrees=True)),
+        (
+            "0.03,-0.06,0.09,0,0,0,1, z:90,x:-45 ",
+            Rotation.from_euler("ZX", (90, -45), degrees=True),
+        ),
+        ("z:90,30mm,-60mm,90mm,", None),
+    ],
+)
+def test_a_pose_by_units_and_turns(text, turn):
+    """Turns are about the axes as turned so far."""
+    if turn is None:
+        with pytest.raises(InputError, match="neither numbers nor a file"):
+            parse_pose(text)
+        return
+    expected = np.eye(4)
+    expected[:3, :3], expected[:3, 3] = turn.as_matrix(), (0.03, -0.06, 0.09)
+    np.testing.assert_allclose(parse_pose(text), expected, atol=1e-15)
+    expected[:3, 3] = 0.0
+    only = ",".join(word for word in text.split(",") if ":" in word)
+    np.testing.assert_allclose(parse_pose(only), expected, atol=1e-15)
+
+
 def test_a_pose_in_a_numpy_file(tmp_path):
     pose = np.eye(4)
     pose[:3] = RigidTransform.from_exp_coords((0.1, 0.2, 0.3, 1, 2, 3)).as_matrix()[:3]
@@ -186,6 +211,8 @@ def test_a_pose_in_a_numpy_file(tmp_path):
         ("0,0,0,0,0,1", "not a pose"),
         ("nan,0,0,0,0,0,1", "finite"),
         ("missing.json", "neither"),
+        ("z:\\missing.json", "neither"),
+        ("0,0,0,z:400", "'z:400' is no turn"),
         ("[[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]", "proper"),
         ("[[1,0,0],[0,1,0],[0,0,1]]", "not a pose"),
         ('{"a": 1}', "not a pose"),

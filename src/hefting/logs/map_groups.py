@@ -12,7 +12,7 @@ WORDS = {
     "force": ("f", "force", "forces", "kraft", "fuerza", "forza", "力"),
     "torque": (
         *("m", "torque", "torques", "moment", "moments", "tau", "mom", "mu"),
-        *("torq", "drehmoment", "forcer", "wrenchr", "ftr", "couple", "par"),
+        *("torq", "drehmoment", "forcer", "wrenchr", "ftr", "fr", "couple", "par"),
         *("momento", "coppia", "モーメント", "トルク", "力矩", "扭矩", "转矩"),
     ),
     "torque-or-translation": ("t", "tr"),
