@@ -175,6 +175,11 @@ NAMES = {
         f"time {each('tcp_*', 'x y z rx ry rz')} {each('f_*', 'x y z rx ry rz')}",
         (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
     ),
+    "German angles of KUKA": (
+        f"Zeit {each('Position*', 'X Y Z')} {each('Winkel_*', 'A B C')} "
+        f"{each('Kraft*', 'X Y Z')} {each('Moment*', 'X Y Z')}",
+        (TIME, 1e3 * POSITION, np.degrees(ZYX), WRENCH),
+    ),
     "Simulink": (
         f"time {numbered('FT:', 6, 1)} {numbered('TCP:', 6, 1)}",
         (TIME, WRENCH, POSITION, SMALL),

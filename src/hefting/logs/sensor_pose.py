@@ -61,7 +61,7 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     far = float(np.linalg.norm(arm))
     if far > FARTHEST_SENSOR:
         what = f"the sensor is {far:.3g} m from the logged frame"
-        raise InputError(what, fix="give its pose in metres")
+        raise InputError(what, fix="give its pose in metres, or as in 40mm")
     orientation = recording["orientation"]
     from scipy.spatial.transform import Rotation
 
