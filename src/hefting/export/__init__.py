@@ -132,7 +132,9 @@ def export(
     """
     estimate, target = estimate_of(estimate), target.lower()
     if target not in REGISTRY:
-        what = f"unknown target '{target}'{nearest(target, REGISTRY)}"
+        of = [name for name, about in TARGETS.items() if target in about.lower()]
+        guess = f" (did you mean {' or '.join(of)}?)" if of and target else ""
+        what = f"unknown target '{target}'{guess or nearest(target, REGISTRY)}"
         raise InputError(what, fix=f"choose from: {', '.join(REGISTRY)}")
     chosen = REGISTRY[target]
     _check_arguments(chosen, into, link, name)
