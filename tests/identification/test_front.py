@@ -113,7 +113,7 @@ def test_methods_by_name_class_and_value(recording):
 
 
 @pytest.mark.parametrize("methods", [["LMI", "OLS"], (hefting.LMI, hefting.OLS)])
-def test_several_methods_are_compared(recording, methods):
+def test_several_methods_are_compared(recording, methods, tmp_path):
     several = hefting.identify(recording, SHAPE, method=methods)
     assert isinstance(several, hefting.Comparison)
     assert set(several.results) == {"LMI", "OLS"}
@@ -121,6 +121,8 @@ def test_several_methods_are_compared(recording, methods):
     assert several.mass == best.mass
     assert several.verdict == best.verdict
     assert several.warnings == best.warnings
+    several.save(tmp_path / "found.json")
+    assert hefting.Estimate.load(tmp_path / "found.json").mass == best.mass
     assert len(repr(several)) < 1500
     _, of_each = repr(several).split(f"recommended: {several.reason}\n")
     for line, (name, each) in zip(
