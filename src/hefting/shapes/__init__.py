@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.files import MAX_JSON, read_bytes, read_json
+from hefting.core.quantity import turned_about
 from hefting.core.spatial import Array, check_pose, frozen, plain, pose_matrix
-from hefting.logs.sensor_pose import sensor_turned
 from hefting.shapes.files import NUMPY, load_array, read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
 from hefting.shapes.shape import LABELS, Shape
@@ -188,7 +188,7 @@ def parse_pose(source: str | Path) -> Array:
         if array.shape in ((7,), (4, 4)):
             pose = pose_matrix(array) if array.ndim == 1 else check_pose(array)
             for turn in turns:
-                pose = pose @ sensor_turned(turn)
+                pose = pose @ turned_about(turn)
             return pose
     except InputError as error:
         raise InputError(error.what, text, error.fix) from None
