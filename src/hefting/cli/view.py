@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from hefting.viewer.viewer import Viewer
 
 HERE = "127.0.0.1"
+"""Address that only this machine reaches."""
 EXAMPLES = (
     "hefting view log.csv --shape mug.stl --object-pose 0,0,0.1,0,0,0,1",
     "hefting view log.bag --urdf robot.urdf --sensor-frame tool0",

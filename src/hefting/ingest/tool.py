@@ -91,8 +91,12 @@ def tool_warnings(tool: Estimate) -> list[Message]:
     return [warning("tool-without-spread", what, "tool")]
 
 
-def _refuse_mass(text: str) -> None:
-    """`InputError` for a mass in place of a file."""
+def _refuse_other(text: str) -> None:
+    """`InputError` for a recording, or a mass, in place of an estimate."""
+    if find_format(text):
+        make = shlex.join(["hefting", "calibrate", text, "-o", "gripper.json"])
+        fix = f"{make} makes one from it, for --tool gripper.json"
+        raise InputError("is a recording, not an estimate of the tool", text, fix)
     try:
         MassReading.parse(text)
     except InputError:
@@ -109,13 +113,12 @@ def load_tool(given: Estimate | Answered | str | Path) -> Estimate:
     """Estimate of a tool from what `hefting calibrate` or `hefting identify` returns or
     writes. Raises `InputError` for what is no estimate, or has no mass; of a recording,
     or a mass, it says how an estimate is made."""
-    if isinstance(given, str | Path) and not Path(given).is_file():
-        _refuse_mass(str(given))
-    if isinstance(given, str | Path) and find_format(given):
-        make = shlex.join(["hefting", "calibrate", str(given), "-o", "gripper.json"])
-        fix = f"{make} makes one from it, for --tool gripper.json"
-        raise InputError("is a recording, not an estimate of the tool", given, fix)
-    tool = estimate_given(given)
+    try:
+        tool = estimate_given(given)
+    except InputError:
+        if isinstance(given, str | Path):
+            _refuse_other(str(given))
+        raise
     if not tool.parameters.mass > 0.0:
         what = f"the tool has a mass of {tool.parameters.mass:.3g} kg"
         fix = "leave it out"
