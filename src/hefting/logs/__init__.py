@@ -41,7 +41,7 @@ OTHERS |= {
     for suffix, what, read in (
         ("hdf5", "HDF5", "h5py.File(path)"),
         ("h5", "HDF5", "h5py.File(path)"),
-        ("json", "JSON", "pandas.read_json(path)"),
+        ("json", "JSON, not a log format", "pandas.read_json(path)"),
         ("pkl", "a pickle, which may run code", "pandas.read_pickle(path)"),
         ("tdms", "TDMS", "nptdms.TdmsFile(path).groups()[0].as_dataframe()"),
     )
