@@ -43,15 +43,6 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.mark.parametrize("is_enough", [True, False])
-def test_an_accuracy_that_is_not_reached_is_told(estimate, is_enough):
-    made = {"used": 5.0, "of": 5.0, "used_unit": "s", "until": "mass=1%"}
-    found = replace(estimate, provenance=made, sufficient=is_enough)
-    text = " ".join(str(line) for line in estimate_report(found))
-    assert "asked for mass=1%" in text
-    assert ("which is not reached" in text) != is_enough
-
-
 @pytest.mark.parametrize("named", [{"sensor_frame": "flange"}, {}])
 def test_a_table_by_torques_names_its_frame(estimate, named):
     made = {"torque_gain_std": 0.01, "torque_noise": (0.1,)} | named

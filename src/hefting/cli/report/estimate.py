@@ -316,8 +316,7 @@ def _describe_until(estimate: Estimate) -> str:
     made = estimate.provenance
     of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
     known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
-    missed = "" if estimate.sufficient else ", which is not reached"
-    return f"{of}, asked for {made['until']}{missed}{known}"
+    return f"{of}, asked for {made['until']}{known}"
 
 
 def facts(estimate: Estimate) -> Iterable[str]:
