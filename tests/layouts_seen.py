@@ -171,6 +171,15 @@ NAMES = {
         f"timestamp {each('TCP_*', 'x y z rx ry rz')} {each('TCP_force_*', 'x y z rx ry rz')}",
         (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
     ),
+    "of a TCP, its wrench by one letter": (
+        f"time {each('tcp_*', 'x y z rx ry rz')} {each('f_*', 'x y z rx ry rz')}",
+        (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
+    ),
+    "German angles of KUKA": (
+        f"Zeit {each('Position*', 'X Y Z')} {each('Winkel_*', 'A B C')} "
+        f"{each('Kraft*', 'X Y Z')} {each('Moment*', 'X Y Z')}",
+        (TIME, 1e3 * POSITION, np.degrees(ZYX), WRENCH),
+    ),
     "Simulink": (
         f"time {numbered('FT:', 6, 1)} {numbered('TCP:', 6, 1)}",
         (TIME, WRENCH, POSITION, SMALL),
@@ -207,6 +216,19 @@ NAMES = {
     "a matrix of MuJoCo": (
         f"time {numbered('site_xpos_', 3)} {numbered('site_xmat_', 9)} {FT}",
         (TIME, POSITION, TURNS.as_matrix().reshape(ROWS, 9), WRENCH),
+    ),
+    "sensors of MuJoCo": (
+        f"time {numbered('framepos_', 3)} {numbered('framequat_', 4)} "
+        f"{numbered('force_', 3)} {numbered('torque_', 3)}",
+        (TIME, POSITION, WXYZ, WRENCH),
+    ),
+    "Qualisys, whose angles may be in any order": (
+        f"Time X Y Z Roll Pitch Yaw Residual {' '.join(f'Rot[{i}]' for i in range(9))} "
+        f"{FT}",
+        (
+            *(TIME, 1e3 * POSITION, np.degrees(ZYX), np.abs(ELSE[:, 0])),
+            *(TURNS.as_matrix().swapaxes(1, 2).reshape(ROWS, 9), WRENCH),
+        ),
     ),
     "frames behind, as of Isaac Lab": (
         f"time {numbered('ee_pos_w_', 3)} {each('ee_quat_w_*', 'x y z w')} "

@@ -56,6 +56,14 @@ def test_separators_are_found(tmp_path, separator):
     assert entry.options == {"method": "OLS"}
 
 
+def test_letters_of_windows_are_read(tmp_path):
+    (tmp_path / "m.csv").write_bytes(
+        "recording;mass\r\ngröße.csv;1g\r\n".encode("cp1252")
+    )
+    (entry,) = recordings_of(tmp_path / "m.csv")
+    assert entry.recording == str(tmp_path / "größe.csv")
+
+
 def test_columns_are_known_in_letters_of_any_case(tmp_path):
     text = "Recording,Object,Mass\na.csv,mug,0.5kg\n"
     (entry,) = recordings_of(written(tmp_path, "m.csv", text))

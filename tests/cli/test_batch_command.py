@@ -35,6 +35,7 @@ def logs(tmp_path, monkeypatch):
         (("--object-pose", "1,2"), ("1,2", "not a pose")),
         (("--method", "FOO"), ("unknown method 'FOO'",)),
         (("--gravity", "1"), ("--gravity", "not 3 finite numbers")),
+        (("--until", "soon"), ("--until", "'soon' is no accuracy")),
         (("--mass", "x"), ("--mass", "no", "reading")),
         (("--pose-std", "5mm"), ("--pose-std", "5mm,5deg")),
         (("--bias", "nope.json"), ("nope.json", "cannot be read")),

@@ -207,7 +207,9 @@ def test_an_inertial_in_the_objects_frame(run, folder):
     np.testing.assert_allclose(com, held.center_of_mass, rtol=1e-9, atol=1e-12)
     _, out, _ = run("export", path, "--to", "urdf", "--object-frame")
     assert "link frame: object" in out
-    _, _, err = run("export", path, "--output", folder / "held.sdf")
+    for name in ("held.usd", "held.mjcf", "held.sdf"):
+        status, _, err = run("export", path, "--output", folder / name)
+        assert status == 0
     assert err == ""
     assert "<sdf" in (folder / "held.sdf").read_text()
     robot = folder / "robot.urdf"

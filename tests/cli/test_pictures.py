@@ -265,4 +265,8 @@ def test_show_refuses_in_one_line(run, folder, tmp_path):
     assert refused(run("show", "--output", path), "--shape")
     gone = run("show", "--shape", tmp_path / "no.stl", "--output", path)
     assert refused(gone, "no.stl")
+    # what would have been passed over
+    for option in ("--tool", "--gravity", "--pose-topic", "--map"):
+        lonely = run("show", *shape, option, "x", "--output", path)
+        assert refused(lonely, f"{option}: there is no log; give LOG, or leave it out")
     assert not path.exists()

@@ -114,6 +114,11 @@ def test_an_estimate_is_shown_as_it_is(folder, run, monkeypatch):
         (("log.csv", "--save", "player.pdf"), "a player is a .html file"),
         (("log.csv", "--save", "log.csv"), "a player is a .html file"),
         (("log.csv", "--save", "nowhere/p.html"), "the folder does not exist"),
+        (("log.csv", "--save", "p.html", "--port", "8080"), "a player has no server"),
+        (
+            ("log.csv", "--save", "p.html", "--host", "0.0.0.0"),
+            "a player has no server",
+        ),
         (("log.csv", "--method", "PMD"), "PMD needs a shape"),
         (("log.csv", "--method", "bayse"), "unknown method 'bayse'"),
         (("log.csv", "--port", "70000"), "--port: 70000 is no port"),

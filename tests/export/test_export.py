@@ -203,6 +203,9 @@ def test_arguments():
         <= set(TARGETS)
         == {*SIMULATORS, *CONTROLLERS, *IN_SENSOR_AXES, *IN_ANY_AXES, "json", "csv"}
     )
+    for simulator, known in {"MuJoCo": "urdf or mjcf", "drake": "sdf"}.items():
+        with pytest.raises(InputError, match=rf"\(did you mean {known}\?\)"):
+            export(estimate, simulator)
     with pytest.raises(InputError, match="did you mean 'urdf'"):
         export(estimate, "urfd")
     with pytest.raises(InputError, match="proper rotation"):

@@ -375,9 +375,11 @@ def test_hostile_and_broken_files(tmp_path, content, message):
     assert "\n" not in str(caught.value)
 
 
-def test_a_scene_that_only_includes_others_says_where_to_look(tmp_path):
-    with pytest.raises(InputError, match=r"no <body> .*: if it includes others"):
-        put(tmp_path, '<mujoco><include file="arm.xml"/></mujoco>', "mjcf", "hand")
+@pytest.mark.parametrize("own", ["", '<worldbody><body name="table"/></worldbody>'])
+def test_a_scene_that_includes_others_says_where_to_look(tmp_path, own):
+    scene = f'<mujoco><include file="arm.xml"/>{own}</mujoco>'
+    with pytest.raises(InputError, match=r"or give the file .* includes arm\.xml"):
+        put(tmp_path, scene, "mjcf", "hand")
 
 
 def test_missing_file(tmp_path):

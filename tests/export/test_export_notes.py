@@ -155,12 +155,14 @@ def test_a_subtracted_tool_is_told(target):
     assert "in the empty run" in f"{empty.text} {empty.warnings}"
 
 
-@pytest.mark.parametrize("pose", ["0,0,0.03,0,0,0,1", [0, 0, 0.03, 0, 0, 0, 1]])
+@pytest.mark.parametrize(
+    "pose", ["0,0,0.03,0,0,0,1", "0,0,30mm", [0, 0, 0.03, 0, 0, 0, 1]]
+)
 def test_a_pose_is_given_as_to_identify(pose):
     matrix = np.eye(4)
     matrix[2, 3] = 0.03
     estimate = make("box", 0)[0]
-    assert export(estimate, "ur", pose).text == export(estimate, "ur", matrix).text
+    assert export(estimate, "UR", pose).text == export(estimate, "ur", matrix).text
 
 
 def test_a_pose_in_millimetres_is_told():

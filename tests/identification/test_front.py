@@ -113,7 +113,7 @@ def test_methods_by_name_class_and_value(recording):
 
 
 @pytest.mark.parametrize("methods", [["LMI", "OLS"], (hefting.LMI, hefting.OLS)])
-def test_several_methods_are_compared(recording, methods):
+def test_several_methods_are_compared(recording, methods, tmp_path):
     several = hefting.identify(recording, SHAPE, method=methods)
     assert isinstance(several, hefting.Comparison)
     assert set(several.results) == {"LMI", "OLS"}
@@ -121,8 +121,15 @@ def test_several_methods_are_compared(recording, methods):
     assert several.mass == best.mass
     assert several.verdict == best.verdict
     assert several.warnings == best.warnings
+    several.save(tmp_path / "found.json")
+    assert hefting.Estimate.load(tmp_path / "found.json").mass == best.mass
     assert len(repr(several)) < 1500
-    assert "recommended of  LMI, OLS" in repr(several)
+    _, of_each = repr(several).split(f"recommended: {several.reason}\n")
+    for line, (name, each) in zip(
+        of_each.splitlines(), several.results.items(), strict=True
+    ):
+        assert line.split()[0] == name
+        assert float(line.split()[1]) == pytest.approx(each.mass, rel=1e-3)  # rounded
     named = hefting.identify(recording, method="LMI, OLS")
     assert (named.mass, set(named.results)) == (several.mass, {"LMI", "OLS"})
 

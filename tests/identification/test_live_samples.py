@@ -200,6 +200,25 @@ def test_the_state_that_is_passed_in_does_not_change(live):
     assert (len(first.pairing.time), first.samples.samples) == before
 
 
+def test_samples_that_are_nan_throughout_add_nothing():
+    """A driver's dropouts; a pose may lack its position alone, as of a lost marker."""
+    lost = np.isin(np.arange(len(TIME)), (0, 7, 8, 60))
+    poses = {"time": TIME, "position": POSITION, "orientation": ORIENTATION}
+    kept = {name: values[~lost] for name, values in poses.items()}
+    gone = poses | {"position": np.where(lost[:, None], np.nan, POSITION)}
+    at = {"wrench_time": TIME, "wrench": np.where(lost[:, None], np.nan, WRENCH)}
+    live = hefting.Live(SHAPE)
+    one = live.update(live.start(), **gone, **at)
+    rest = {"wrench_time": TIME[~lost], "wrench": WRENCH[~lost]}
+    other = live.update(live.start(), **kept, **rest)
+    assert one.samples.samples == other.samples.samples > 0
+    assert live.estimate(one).mass == live.estimate(other).mass
+    # a single one
+    nan = {"pose": np.full((4, 4), np.nan), "wrench": np.full(6, np.nan)}
+    after = live.update(one, time=TIME[-1] + 1.0, **nan)
+    assert (after.samples, after.pairing.time[-1]) == (one.samples, TIME[-1])
+
+
 GOOD = {"time": 7.0, "position": [0, 0, 0.0], "orientation": [0, 0, 0, 1.0]}
 BAD = {
     "no time": ({"time": None}, "a pose has no time; give `time`"),
@@ -221,7 +240,7 @@ BAD = {
     "nan time": ({"time": np.nan}, "time is not"),
     "wrench of five": ({"wrench": np.ones(5)}, r"\(1, 5\), not \(1, 6\)"),
     "wrench nan": (
-        {"wrench": np.full(6, np.nan)},
+        {"wrench": [0, 0, np.nan, 0, 0, 0]},
         "wrench at 7 s is not finite; leave",
     ),
     "no position any more": ({"position": None}, "at some times and not at others"),

@@ -236,14 +236,14 @@ def test_a_turn_is_found_with_its_deviation(seed):
 
 def test_what_is_proposed_for_a_turn_puts_it_right():
     """The COM after `sensor_turned` as without the mistake, to a millimetre."""
-    from hefting.logs.sensor_pose import sensor_turned
+    from hefting.core.quantity import turned_about
 
     clean = correct(0)
     turned = mistake("turned about z", "30°").make(clean, np.random.default_rng(1))
     said = doubt_of(case_of(turned))
     assert said is not None
     assert "`sensor_turned`='z:-30'" in said.message
-    mended = with_sensor_pose(turned.recording, sensor_turned("z:-30"))
+    mended = with_sensor_pose(turned.recording, turned_about("z:-30"))
     # what the mistake turned were the axes the COM is given in
     there = Rotation.from_euler("z", np.radians(30.0)).apply(clean.truth.center_of_mass)
     found = identify(mended).estimate

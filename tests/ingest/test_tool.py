@@ -225,6 +225,17 @@ def test_warnings_and_refusals(tmp_path):
     (tmp_path / "empty.json").write_text(json.dumps(data | empty))
     with pytest.raises(InputError, match="float is no estimate; give what"):
         front(log(BOTH, 10.0, 2), tool=0.5)  # type: ignore[arg-type]
+    tool.save(tmp_path / "tool.json")
+    (tmp_path / "tool.json").rename(tmp_path / "tool.txt")  # a name that logs have
+    assert load_tool(tmp_path / "tool.txt").mass == tool.mass
+    for text in ("0.9kg", "900g"):
+        with pytest.raises(InputError, match=r"mass alone .* --tool gripper\.json"):
+            load_tool(text)
+    with pytest.raises(
+        InputError,
+        match=r"hefting calibrate 'an empty\.csv' -o gripper\.json makes one",
+    ):
+        load_tool("an empty.csv")
     with pytest.raises(InputError, match="the tool has a mass of 0 kg; leave it out"):
         load_tool(tmp_path / "empty.json")
     (tmp_path / "other.json").write_text("{}")

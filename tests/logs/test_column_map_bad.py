@@ -220,6 +220,22 @@ def test_a_mirroring_matrix_is_no_rotation(tmp_path):
     mapping_fails(path, text, "row 2, columns r0..r8", "no rotation matrix")
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+def test_maps_as_powershell_and_editors_write_them(path, tmp_path, encoding):
+    text = 'time = "time"\nwrench = ["fx", "fy", "fz", "tx", "ty", "tz"]\n'
+    text += 'orientation = ["qx", "qy", "qz", "qw"]\n'
+    (tmp_path / "map.toml").write_text(text, encoding="utf-8")
+    expected = read_log(path, tmp_path / "map.toml")
+    (tmp_path / "map.toml").write_text(text, encoding=encoding)
+    assert (
+        read_log(path, tmp_path / "map.toml").streams.keys() == expected.streams.keys()
+    )
+    dots = "a" + ".a" * 2000 + " = 1"
+    (tmp_path / "map.toml").write_text(dots, encoding=encoding)
+    with pytest.raises(InputError, match="more than 1,000 dots"):
+        read_log(path, tmp_path / "map.toml")
+
+
 def test_maps_that_cannot_be_opened(path, tmp_path):
     for chosen, words in (
         (tmp_path / "absent.toml", "No such file"),

@@ -292,7 +292,7 @@ def test_writing_says_where_it_cannot(tmp_path):
             "wrench.npy",
             "is one array without a name; write all by numpy.savez('log.npz'",
         ),
-        ("log.json", "not a log format; write one sample a line (.jsonl)"),
+        ("log.json", "is JSON, not a log format; in Python: hefting.write_log"),
         ("log.csv.gz", "is packed with gzip; unpack it"),
         ("log.h5", "is HDF5; in Python: hefting.write_log("),
         (

@@ -8,10 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
 from hefting.core.messages import warning
+from hefting.core.quantity import turned_about
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import pose_matrix
 from hefting.logs import read_log
-from hefting.logs.sensor_pose import sensor_turned, with_sensor_pose
+from hefting.logs.sensor_pose import with_sensor_pose
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 
@@ -73,7 +74,7 @@ def test_logged_velocities_of_another_point_are_dropped(recording):
     assert not kept.has("linear_velocity")
     assert not kept.has("linear_acceleration")
     assert kept.has("angular_velocity")
-    assert with_sensor_pose(logged, sensor_turned("z:45")).has("linear_velocity")
+    assert with_sensor_pose(logged, turned_about("z:45")).has("linear_velocity")
 
 
 def test_a_pose_in_millimetres_is_refused(recording):
@@ -84,7 +85,7 @@ def test_a_pose_in_millimetres_is_refused(recording):
 @pytest.mark.parametrize("text", ["", "z", "w:3", "z:", "z:nan", "z:1e9", "z:45:3"])
 def test_what_is_no_turn(text):
     with pytest.raises(InputError, match="z:45"):
-        sensor_turned(text)
+        turned_about(text)
 
 
 def test_in_a_column_map(tmp_path, recording):
@@ -99,7 +100,7 @@ def test_in_a_column_map(tmp_path, recording):
     }
     text = 'time = "time"\n' + "".join(f"{k} = {v}\n" for k, v in columns.items())
     toml.write_text(text + 'sensor_turned = "z:45"\n')
-    turned = with_sensor_pose(recording, sensor_turned("z:45"))["orientation"].values
+    turned = with_sensor_pose(recording, turned_about("z:45"))["orientation"].values
     found = read_log(log, toml)["orientation"].values
     np.testing.assert_allclose(np.abs(np.sum(found * turned, axis=1)), 1.0, atol=1e-9)
     toml.write_text(text + "sensor_pose_in_log = [0, 0, 0.05, 0, 0, 0, 1]\n")

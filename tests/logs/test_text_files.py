@@ -262,6 +262,18 @@ def twelve(at: datetime) -> str:
     return f"{at.hour % 12 or 12}:{at:%M:%S.%f} {'AP'[at.hour >= 12]}M"
 
 
+@pytest.mark.parametrize("way", ["%M:%S.%f", "%M:%S,%f", "%H:%M:%S,%f"])
+def test_minutes_and_seconds_as_excel_writes_them(tmp_path, way):
+    """And times of day with decimal commas, where semicolons separate cells."""
+    began = datetime(2026, 3, 4, 12, 34, 59, 700000)
+    times = [f"{began + timedelta(seconds=t):{way}}" for t in TIME]
+    decimal = "," if "," in way else "."
+    PLAIN.assign(time=times).to_csv(
+        tmp_path / "log.csv", index=False, sep=";", decimal=decimal
+    )
+    assert is_same(read_log(tmp_path / "log.csv"))
+
+
 WAYS: dict[str, Callable[[datetime], str]] = {
     "the month first": lambda at: f"{at.month}/{at.day}/{at.year} {twelve(at)}",
     "the day first": lambda at: f"{at.day}/{at.month}/{at.year} {at:%H:%M:%S.%f}",

@@ -112,6 +112,16 @@ def test_a_payload_that_the_controller_has_removed_is_refused(tmp_path):
     )
 
 
+def test_a_column_of_times_may_be_t(tmp_path):
+    path = record(tmp_path / "log.csv", *FORCE_ONLY)
+    expected = read_log(path)
+    path.write_text(path.read_text().replace("timestamp", "t", 1))
+    got = read_log(path)
+    np.testing.assert_array_equal(got["wrench"].time, expected["wrench"].time)
+    path.write_text(path.read_text().replace("t ", "clock ", 1))
+    fails(path, "there is no column timestamp; record it too, or give the column")
+
+
 def test_a_sensor_that_reads_nothing_is_not_used(tmp_path):
     """Simulators, and robots without a sensor, write a constant."""
     constant = np.tile([1.0, 2, 3, 4, 5, 6], (COUNT, 1))

@@ -115,6 +115,20 @@ def test_bad_specifications(spec):
         load_shape(spec)
 
 
+def test_shapes_of_other_kinds_are_told_how_they_are_converted(tmp_path):
+    files = trimesh.creation.box((1.0, 2.0, 3.0)).export(file_type="gltf")
+    for name, data in files.items():
+        (tmp_path / name).write_bytes(data)
+    path = tmp_path / "model.gltf"
+    with pytest.raises(InputError, match="is read; convert it: pip install") as told:
+        load_shape(path)
+    exec(f"import trimesh; {str(told.value).split('in Python ')[1]}")
+    shape = load_shape(f"{path}.stl")
+    np.testing.assert_allclose(shape.extents, (1.0, 2.0, 3.0), rtol=1e-6)  # float32
+    with pytest.raises(InputError, match=r"is read; export it as \.stl, and give"):
+        load_shape("bracket.STEP")
+
+
 def test_box_takes_no_pose():
     with pytest.raises(InputError, match="sensor frame"):
         load_shape("box:0,1,0,1,0,1", pose=POSE)
@@ -149,12 +163,56 @@ def test_pose_in_a_text_file(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("text", "turn"),
+    [
+        ("30mm, -6cm,0.09m,z:90", Rotation.from_euler("z", 90, degrees=True)),
+        (
+            "0.03,-0.06,0.09,0,0,0,1, z:90,x:-45 ",
+            Rotation.from_euler("ZX", (90, -45), degrees=True),
+        ),
+        ("z:90,30mm,-60mm,90mm,", None),
+    ],
+)
+def test_a_pose_by_units_and_turns(text, turn):
+    """Turns are about the axes as turned so far."""
+    if turn is None:
+        with pytest.raises(InputError, match="neither numbers nor a file"):
+            parse_pose(text)
+        return
+    expected = np.eye(4)
+    expected[:3, :3], expected[:3, 3] = turn.as_matrix(), (0.03, -0.06, 0.09)
+    np.testing.assert_allclose(parse_pose(text), expected, atol=1e-15)
+    expected[:3, 3] = 0.0
+    only = ",".join(word for word in text.split(",") if ":" in word)
+    np.testing.assert_allclose(parse_pose(only), expected, atol=1e-15)
+
+
+def test_a_pose_in_a_numpy_file(tmp_path):
+    pose = np.eye(4)
+    pose[:3] = RigidTransform.from_exp_coords((0.1, 0.2, 0.3, 1, 2, 3)).as_matrix()[:3]
+    path = tmp_path / "pose.npy"
+    np.save(path, pose)
+    np.testing.assert_array_equal(parse_pose(path), pose)
+    np.save(path, [0.1, -0.2, 0.3])
+    np.testing.assert_array_equal(parse_pose(path), parse_pose("0.1,-0.2,0.3"))
+    for other in (np.eye(3), np.eye(4) + 0j, np.array(["x"])):
+        np.save(path, other)
+        with pytest.raises(InputError, match="not a pose; give x,y,z"):
+            parse_pose(path)
+    path.write_bytes(b"\x93NUMPY\x01\x00\xff\xffdamaged")
+    with pytest.raises(InputError, match="not a pose"):
+        parse_pose(path)
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("0,0,0,0,0,0,2", "norm 2"),
         ("0,0,0,0,0,1", "not a pose"),
         ("nan,0,0,0,0,0,1", "finite"),
         ("missing.json", "neither"),
+        ("z:\\missing.json", "neither"),
+        ("0,0,0,z:400", "'z:400' is no turn"),
         ("[[1,0,0,0],[0,1,0,0],[0,0,-1,0],[0,0,0,1]]", "proper"),
         ("[[1,0,0],[0,1,0],[0,0,1]]", "not a pose"),
         ('{"a": 1}', "not a pose"),

@@ -3,6 +3,7 @@
 from collections import Counter
 
 import numpy as np
+import pandas as pd
 import pytest
 from benchmarks.online_streams import parts, swapped
 
@@ -64,6 +65,13 @@ def test_the_path_of_a_log_is_played(recording, tmp_path):
     assert last.estimate.mass == pytest.approx(hefting.identify(path).mass, rel=1e-9)
 
 
+def test_a_data_frame_is_played(recording, tmp_path):
+    write_log(recording, tmp_path / "log.csv")
+    frame = pd.read_csv(tmp_path / "log.csv")
+    *_, last = hefting.live(frame, speed=np.inf)
+    assert last.estimate.mass == pytest.approx(hefting.identify(frame).mass, rel=1e-9)
+
+
 def test_a_source_that_is_lost_goes_on_and_nothing_is_harmed(recording):
     tapped = Counter()
 
@@ -82,7 +90,9 @@ def test_a_source_that_is_lost_goes_on_and_nothing_is_harmed(recording):
 
 
 def test_what_is_no_source_is_refused():
-    with pytest.raises(hefting.InputError, match="int is no source"):
+    with pytest.raises(
+        hefting.InputError, match="int is not a recording; give the path"
+    ):
         next(hefting.live(3))
     with pytest.raises(hefting.InputError, match="gopher"):
         next(hefting.live("gopher://robot"))

@@ -140,15 +140,16 @@ def _read_table(path: Path) -> "pa.Table":
                     check_large(size > LARGEST_TABLE, path)
                 table = pa.Table.from_batches(batches, file.schema_arrow)
             return table.rename_columns(_names(path))
-        separator, names = _separator(path), _names(path)
-        table = csv.read_csv(
-            path,
-            csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False),
-            csv.ParseOptions(delimiter=separator),
-            csv.ConvertOptions(
-                column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=True
-            ),
+        names, parsing = _names(path), csv.ParseOptions(delimiter=_separator(path))
+        reading = csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False)
+        as_text = csv.ConvertOptions(
+            column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=True
         )
+        try:
+            table = csv.read_csv(path, reading, parsing, as_text)
+        except pa.ArrowInvalid:  # Windows' own letters, as Excel writes
+            reading.encoding = "cp1252"
+            table = csv.read_csv(path, reading, parsing, as_text)
         trimmed = [pc.utf8_trim_whitespace(column) for column in table.columns]  # pyright: ignore[reportAttributeAccessIssue]
         return pa.table(trimmed, names)
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:

@@ -71,6 +71,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     given.add_argument(
         "--method", metavar="NAME", help=f"default {default_method(True)}"
     )
+    given.add_argument(
+        "--until",
+        metavar="ACCURACY",
+        help="use only as much of each as makes it this sure, as in mass=1%%,com=2mm; the "
+        "table says whether it is (sufficient)",
+    )
     add_mass(given)
     add_shape_details(given)
     parser.add_argument(

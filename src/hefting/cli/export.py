@@ -58,11 +58,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
-    from hefting.export import SUFFIXES, export
+    from hefting.export import REGISTRY, SUFFIXES, export
 
     a = arguments
     if a.to is None:
-        a.to = SUFFIXES.get(Path(a.into or a.output or "").suffix.lower())
+        suffix = Path(a.into or a.output or "").suffix.lower()
+        a.to = SUFFIXES.get(suffix) or next(
+            (t.name for t in REGISTRY.values() if suffix in t.other_suffixes), None
+        )
     if a.to is None:
         raise InputError("missing", "--to", "see hefting export --help")
     pose = a.object_pose

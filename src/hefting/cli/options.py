@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 GRAVITY = "0,0,-9.80665"
 """`hefting.core.spatial.STANDARD_GRAVITY` as on the command line."""
-POSE = "x,y,z[,qx,qy,qz,qw] [m], or a file with a 4 x 4 matrix"
+POSE = (
+    "x,y,z [m], or with qx,qy,qz,qw, or with turns (0,0,30mm,z:90), or a file with a "
+    "4 x 4 matrix"
+)
 OUTPUTS = {"output", "report", "record", "save", "repair"}
 """Options that name files to write."""
 ESTIMATE = "written by hefting identify --output; - reads standard input"

@@ -16,7 +16,7 @@ from hefting.cli.parser import WIDTH, wrapped, wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError, printable
 from hefting.core.files import write_atomically
-from hefting.request.settings import gravity_of, shape_of
+from hefting.request.settings import gravity_of, refuse_given, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -26,6 +26,11 @@ if TYPE_CHECKING:
 BY_LEAST_SQUARES = "log, by least squares"
 """Name of the estimate from a log that does not use the shape."""
 DEFAULT = "hefting-show.png"
+OF_SHAPES = (
+    *("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3"),
+    *("estimate", "output", "run"),
+)
+"""Arguments of the command that need no log."""
 EXAMPLES = (
     "hefting show --shape drill.stl --unit mm --object-pose 0,0,0.05",
     "hefting show --shape drill.stl log.csv",
@@ -69,6 +74,9 @@ def run(arguments: argparse.Namespace) -> None:
     a = arguments
     suffix = picture_suffix(a.output)
     check_output(a.output, a)
+    if not a.log:
+        of_logs = (name for name in vars(a) if name not in OF_SHAPES)
+        refuse_given(a, of_logs, "there is no log", "give LOG, or leave it out")
     with progress("drawing"):
         shape = shape_of(a)
         if shape is None:

@@ -22,7 +22,12 @@ from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.request.settings import hyperparameters_of, require_shape, shape_of
+from hefting.request.settings import (
+    hyperparameters_of,
+    refuse_given,
+    require_shape,
+    shape_of,
+)
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -30,6 +35,8 @@ if TYPE_CHECKING:
     from hefting.viewer import Playback, Session, Settings
     from hefting.viewer.viewer import Viewer
 
+HERE = "127.0.0.1"
+"""Address that only this machine reaches."""
 EXAMPLES = (
     "hefting view log.csv --shape mug.stl --object-pose 0,0,0.1,0,0,0,1",
     "hefting view log.bag --urdf robot.urdf --sensor-frame tool0",
@@ -66,13 +73,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     place.add_argument(
         "--host",
         metavar="ADDRESS",
-        default="127.0.0.1",
-        help="listen there; default 127.0.0.1, which only this machine reaches. "
+        help=f"listen there; default {HERE}, which only this machine reaches. "
         "Whoever reaches another address can see and control the viewer",
     )
-    place.add_argument(
-        "--port", type=int, metavar="N", default=0, help="default any that is free"
-    )
+    place.add_argument("--port", type=int, metavar="N", help="default any that is free")
     place.add_argument(
         "--no-browser", action="store_true", help="do not open a browser"
     )
@@ -91,7 +95,7 @@ def run(arguments: argparse.Namespace) -> None:
     a = arguments
     require_shape(a)
     _check_output(a)
-    with serving(a.host, a.port) as server:
+    with serving(a.host or HERE, a.port or 0) as server:
         with progress("identifying"):
             session, playback, recording, settings = _session(a)
             arm = None
@@ -153,6 +157,7 @@ def _check_output(a: argparse.Namespace) -> None:
     if Path(a.save).suffix.lower() not in (".html", ".htm"):
         raise InputError("a player is a .html file", a.save, "as in player.html")
     check_output(a.save, a)
+    refuse_given(a, ("host", "port"), "a player has no server", "leave it out")
 
 
 def _save(viewer: "Viewer", path: str, log: str) -> None:

@@ -268,14 +268,15 @@ def load_toml(
 ) -> dict[str, Any]:
     """The content of a TOML file, which is to be a column map, say. `InputError` when
     it cannot be read, is larger than `largest` [bytes], has lines of too many dots, or
-    is not TOML."""
+    is not TOML, in UTF-8 or UTF-16."""
     import tomllib
 
     data = read_bytes(path, largest, f"a {what}")
-    if any(line.count(b".") > MAX_DOTS for line in data.split(b"\n")):
-        raise InputError(f"has a line of more than {MAX_DOTS:,} dots", where=path)
-    try:
-        return tomllib.loads(data.decode())
+    try:  # UTF-16 by PowerShell's ``>``
+        text = data.decode(json.detect_encoding(data))
+        if any(line.count(".") > MAX_DOTS for line in text.split("\n")):
+            raise InputError(f"has a line of more than {MAX_DOTS:,} dots", where=path)
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         fix = 'write lines such as wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }'
         raise InputError(f"is not TOML ({str(error)[:120]})", path, fix) from error

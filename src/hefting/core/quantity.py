@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -78,6 +78,25 @@ def quantities(
         )
     except InputError as error:
         raise InputError(error.what, option, error.fix) from None
+
+
+def turned_about(text: Any) -> Array:
+    """Pose (4, 4) of a frame that is turned about one axis of another, by a text such as
+    ``"z:45"``: axis and degrees. `InputError` for anything else."""
+    axis, _, degrees = str(text).strip().partition(":")
+    try:
+        angle = np.radians(float(degrees))
+    except ValueError:
+        angle = np.nan
+    if axis not in ("x", "y", "z") or not abs(angle) <= 2.0 * np.pi:
+        raise InputError(
+            f"'{str(text)[:40]}' is no turn", fix="give an axis and degrees, as in z:45"
+        )
+    from scipy.spatial.transform import Rotation
+
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler(axis, angle).as_matrix()
+    return pose
 
 
 MOST_DIGITS = 6

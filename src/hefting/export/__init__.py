@@ -130,9 +130,11 @@ def export(
     file or a link that do not fit it, and, except for JSON and CSV, parameters that no
     body can have, an open mass or COM, and an open inertia where one is needed.
     """
-    estimate = estimate_of(estimate)
+    estimate, target = estimate_of(estimate), target.lower()
     if target not in REGISTRY:
-        what = f"unknown target '{target}'{nearest(target, REGISTRY)}"
+        of = [name for name, about in TARGETS.items() if target in about.lower()]
+        guess = f" (did you mean {' or '.join(of)}?)" if of and target else ""
+        what = f"unknown target '{target}'{guess or nearest(target, REGISTRY)}"
         raise InputError(what, fix=f"choose from: {', '.join(REGISTRY)}")
     chosen = REGISTRY[target]
     _check_arguments(chosen, into, link, name)
@@ -199,7 +201,7 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
         warnings.append(warning("body-thickened", what))
     distance = float(np.linalg.norm(body.center_of_mass))
     if body.frame == "flange" and distance > FARTHEST_COM:
-        what = f"the centre of mass is {distance:.3g} m from the flange: is the sensor's pose in metres?"
+        what = f"the centre of mass is {distance:.3g} m from the flange: is the sensor's pose in metres, or as in 40mm?"
         warnings.append(warning("com-far", what, "sensor_pose_in_flange"))
     if target.wants_flange and body.without:
         what = f"{body.without} is not in it: a controller that does not know it takes both together"
@@ -207,8 +209,8 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
     if target.wants_flange and body.frame != "flange":
         what = (
             "written in sensor axes, but the controller takes flange axes: "
-            "give the sensor's pose in the flange, 0,0,0,0,0,0,1 where they are the same "
-            "(`sensor_pose_in_flange`=x,y,z,qx,qy,qz,qw)"
+            "give the sensor's pose in the flange, 0,0,0 where they are the same "
+            "(`sensor_pose_in_flange`=x,y,z,qx,qy,qz,qw, or as in 0,0,40mm,z:45)"
         )
         warnings.append(warning("sensor-axes", what, "sensor_pose_in_flange"))
     return [*warnings, *target.warnings(body)]

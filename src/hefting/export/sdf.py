@@ -42,7 +42,7 @@ def write(body: Body) -> str:
 
 TARGET = Target(
     name="sdf",
-    description="link of an SDFormat model (Gazebo)",
+    description="link of an SDFormat model (Gazebo, Drake)",
     suffixes=(".sdf",),
     write=write,
     needs_inertia=True,

@@ -119,7 +119,9 @@ def put_inertial(
     elements of xacro, or does not hold the element exactly once.
     """
     data = read_xml(path)
-    holder = _holder_named(_holders(data, path, place), path, name, place)
+    reader = _HolderReader(data, path, place)
+    parse_xml(data, path, reader.start, reader.end)
+    holder = _holder_named(reader, path, name, place)
     return _inserted(data, holder, inertial, place).decode(), _mass_source(
         holder, place
     )
@@ -159,8 +161,9 @@ def _mass_source(holder: _Holder, place: Place) -> str:
 
 
 def _holder_named(
-    holders: list[_Holder], path: str | Path, name: str | None, place: Place
+    reader: "_HolderReader", path: str | Path, name: str | None, place: Place
 ) -> _Holder:
+    holders = reader.holders
     matches = [holder for holder in holders if holder.scoped == name]
     matches = matches or [holder for holder in holders if holder.name == name]
     if len(matches) == 1:
@@ -175,27 +178,24 @@ def _holder_named(
         what = f"no <{place.element}> is named '{name}'{nearest(name, names)}"
     listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     if not names:
-        fix = f"the file has no <{place.element}> with a name: if it includes others, give the one that has it"
+        fix = f"the file has no <{place.element}> with a name"
     elif len(matches) > len({each.scoped for each in matches}):
         fix = "give each a name of its own"
     else:
         fix = f"choose one of: {listed}"
+    if reader.included and not matches:
+        fix += f"; or give the file that has it: it includes {', '.join(reader.included[:9])}"
     raise InputError(what, where=path, fix=fix)
 
 
-def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
-    """All elements of a file that can hold an inertial, in its order."""
-    reader = _HolderReader(data, path, place)
-    parse_xml(data, path, reader.start, reader.end)
-    return reader.holders
-
-
 class _HolderReader:
-    """Finds holders from the tags of a file, which `parse_xml` gives."""
+    """Finds holders from the tags of a file, which `parse_xml` gives, in their order."""
 
     def __init__(self, data: bytes, path: str | Path, place: Place):
         self._data, self._path, self._place = data, path, place
         self.holders: list[_Holder] = []
+        self.included: list[str] = []
+        """names of files that MJCF includes"""
         self._open: list[_Holder] = []
         """those whose end has not come, the innermost last"""
         self._scopes: list[tuple[str, int]] = []
@@ -210,6 +210,8 @@ class _HolderReader:
             what = f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>"
             raise InputError(what, where=self._path)
         check_no_xacro(tag, self._path, place.format)
+        if tag == "include":
+            self.included.append(attributes.get("file", "others"))
         if tag == place.scope:
             self._scopes.append((attributes.get("name", ""), len(inside)))
         if (

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate import Answered, Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
+from hefting.core.quantity import turned_about
 from hefting.core.spatial import Array
 from hefting.estimators import METHODS
 from hefting.identification.compare import Comparison, compare
@@ -21,7 +22,6 @@ from hefting.identification.identify import Identification, identify_understood
 from hefting.identification.run import understand
 from hefting.ingest.tool import load_tool
 from hefting.logs.given import as_recording
-from hefting.logs.sensor_pose import sensor_turned as turned_about
 from hefting.logs.sensor_pose import with_given_sensor_pose
 from hefting.motion.measure import Source
 from hefting.shapes import as_pose, as_shape

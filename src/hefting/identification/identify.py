@@ -63,6 +63,10 @@ class Answer(Shown):
         """Lower and upper ends of a 95 % interval; see `hefting.Estimate.interval`."""
         return self.estimate.interval(name)
 
+    def save(self, path: str | Path) -> None:
+        """Write the estimate as JSON; see `hefting.Estimate.save`."""
+        self.estimate.save(path)
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """Doubts about the estimate, and assumptions."""

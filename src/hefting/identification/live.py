@@ -150,7 +150,8 @@ class Live:
         wrench: ArrayLike | None = None,
         wrench_time: ArrayLike | None = None,
     ) -> LiveState:
-        """The state with poses, wrenches or both added.
+        """The state with poses, wrenches or both added. A sample that is NaN throughout,
+        as where a driver lost it, adds nothing.
 
         Parameters
         ----------

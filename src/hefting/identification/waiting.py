@@ -48,14 +48,15 @@ class Poses:
         if pose is not None:
             if position is not None or orientation is not None:
                 raise InputError("a pose and its parts are both given", "Live.update")
-            position, orientation = position_and_orientation(_stacked(pose, single))
+            times, (rows,) = _measured(times, single, pose=pose)
+            position, orientation = position_and_orientation(rows)
         elif orientation is None:
             fix = "give `orientation`, or `pose`"
             raise InputError("there is no orientation", "Live.update", fix)
         else:
-            orientation = unit_quaternions(_stacked(orientation, single))
-            if position is not None:
-                position = numbers(_stacked(position, single), "position")
+            given = {"orientation": orientation, "position": position}
+            times, (rows, position) = _measured(times, single, **given)
+            orientation = unit_quaternions(rows)
         for name, values in (("position", position), ("orientation", orientation)):
             _check_finite(name, times, values)
         return cls(*check_poses(times, position, orientation))
@@ -119,7 +120,7 @@ class Pairing:
         """With wrenches that come later than all before, `sign` times those on the
         object; `InputError` for what does not fit."""
         times, single = _times(time, "wrench_time")
-        values = numbers(_stacked(wrench, single), "wrench")
+        times, (values,) = _measured(times, single, wrench=wrench)
         if values.shape != (len(times), 6):
             what = f"wrench has shape {values.shape}, not {(len(times), 6)}"
             raise InputError(what, "Live.update", "give force, then torque")
@@ -179,11 +180,24 @@ def _times(time: ArrayLike, name: str) -> tuple[Array, bool]:
     return np.atleast_1d(times), times.ndim == 0
 
 
-def _stacked(values: Any, single: bool) -> Any:
-    """Values of a single sample as an array of one; others as they are."""
-    if not single or hasattr(values, "as_quat"):
-        return values
-    return np.asarray(values)[None]
+def _measured(time: Array, single: bool, **given: Any) -> tuple[Array, list[Any]]:
+    """Times and numbers, of a single sample an array of one, without the samples that
+    are NaN throughout: nothing was measured there, as where cells of a table are blank."""
+    values: list[Any] = []
+    measured = np.ones(len(time), dtype=bool)
+    for name, each in given.items():
+        if each is None:
+            values.append(None)
+            continue
+        is_rotation = hasattr(each, "as_quat")
+        rows = np.atleast_2d(each.as_quat()) if is_rotation else numbers(each, name)
+        rows = rows[None] if single and not is_rotation else rows
+        if rows.ndim and len(rows) == len(time):
+            measured &= ~np.isnan(rows).all(axis=tuple(range(1, rows.ndim)))
+        values.append(rows)
+    if measured.all():
+        return time, values
+    return time[measured], [v if v is None else v[measured] for v in values]
 
 
 def _check_finite(name: str, time: Array, values: Array | None) -> None:
@@ -194,7 +208,7 @@ def _check_finite(name: str, time: Array, values: Array | None) -> None:
     bad = ~np.isfinite(values).all(axis=1)
     if bad.any():
         what = f"{name} at {time[np.argmax(bad)]:.9g} s is not finite"
-        raise InputError(what, "Live.update", "leave that sample out")
+        raise InputError(what, "Live.update", "leave that sample out, or make all NaN")
 
 
 def _check_later(last: float, new: float, name: str) -> None:

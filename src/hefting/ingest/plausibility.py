@@ -83,7 +83,7 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
         what = f"the shape is {shape.extents.max():.3g} m long"
         if shape.known == "object" and shape.warnings:
             raise InputError(shape.warnings[0])
-        raise InputError(what, fix="give it in metres")
+        raise InputError(what, fix="give it in metres, or with its unit")
     away = 0.0 if shape is None else np.linalg.norm(shape.positions, axis=1).min()
     if away > LONGEST_OBJECT:
         what = f"the shape is {away:.3g} m away from the sensor"

@@ -7,6 +7,7 @@ the tool's parameters becomes an error of the object's, independent of that of t
 recording: the covariances add.
 """
 
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,8 +18,10 @@ from hefting.core.estimate import Answered, Estimate, estimate_given
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, warning
+from hefting.core.quantity import MassReading
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array, Mask
+from hefting.logs.registry import find_format
 
 UNDETERMINED_TOOL_INERTIA = 1.0
 """[m²] Standard deviation per kilogram of a tool's parameter that its own recording
@@ -88,10 +91,34 @@ def tool_warnings(tool: Estimate) -> list[Message]:
     return [warning("tool-without-spread", what, "tool")]
 
 
+def _refuse_other(text: str) -> None:
+    """`InputError` for a recording, or a mass, in place of an estimate."""
+    if find_format(text):
+        make = shlex.join(["hefting", "calibrate", text, "-o", "gripper.json"])
+        fix = f"{make} makes one from it, for --tool gripper.json"
+        raise InputError("is a recording, not an estimate of the tool", text, fix)
+    try:
+        MassReading.parse(text)
+    except InputError:
+        return
+    what = "a tool's mass alone does not tell its torque"
+    fix = (
+        "record it empty: hefting calibrate EMPTY.csv -o gripper.json, then --tool "
+        "gripper.json; docs/howto/tare.md has what to do with a data sheet"
+    )
+    raise InputError(what, text, fix)
+
+
 def load_tool(given: Estimate | Answered | str | Path) -> Estimate:
     """Estimate of a tool from what `hefting calibrate` or `hefting identify` returns or
-    writes. Raises `InputError` for what is no estimate, or has no mass."""
-    tool = estimate_given(given)
+    writes. Raises `InputError` for what is no estimate, or has no mass; of a recording,
+    or a mass, it says how an estimate is made."""
+    try:
+        tool = estimate_given(given)
+    except InputError:
+        if isinstance(given, str | Path):
+            _refuse_other(str(given))
+        raise
     if not tool.parameters.mass > 0.0:
         what = f"the tool has a mass of {tool.parameters.mass:.3g} kg"
         fix = "leave it out"

@@ -31,10 +31,6 @@ OTHERS = {
         "is one array without a name",
         "write all by numpy.savez('log.npz', time=..., pose=..., wrench=...)",
     ),
-    ".json": (
-        "'.json' is not a log format",
-        "write one sample a line (.jsonl), as jq -c '.[]' does of a list of samples",
-    ),
 }
 """What files of other endings are, and what to do with them."""
 OTHERS |= {
@@ -45,6 +41,7 @@ OTHERS |= {
     for suffix, what, read in (
         ("hdf5", "HDF5", "h5py.File(path)"),
         ("h5", "HDF5", "h5py.File(path)"),
+        ("json", "JSON, not a log format", "pandas.read_json(path)"),
         ("pkl", "a pickle, which may run code", "pandas.read_pickle(path)"),
         ("tdms", "TDMS", "nptdms.TdmsFile(path).groups()[0].as_dataframe()"),
     )

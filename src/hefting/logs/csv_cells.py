@@ -203,14 +203,16 @@ OTHER_WAYS = (
     (r"\b(\d\d)\.(\d\d)\.(\d{4})(?=[T ]\d\d?:)", r"\3-\2-\1"),
     (r"\b(\d{4})/(\d\d)/(\d\d)(?=[T ]\d\d?:)", r"\1-\2-\3"),
     (r"(?<![\d:.])(\d:\d\d:\d\d)", r"0\1"),
+    (r"(?<![\d:.])(\d\d:\d\d\.\d)", r"00:\1"),
     (r"\b(\d\d:\d\d:\d\d):(\d{1,9})\b", r"\1.\2"),
 )
 """Patterns of other dates and times of day, and their replacement in ISO 8601:
-31.01.2026, 2026/01/31, pandas' ``0 days 00:00:01``, MATLAB's ``0.01 sec``, 9:05:00 and
-12:00:00:123. The date is dropped, and the time of day kept, of 3/4/2026, where day or
-month may come first, of 20260131, MATLAB's 31-Jan-2026 and Java's Jan 31, 2026."""
+31.01.2026, 2026/01/31, pandas' ``0 days 00:00:01``, MATLAB's ``0.01 sec``, 9:05:00,
+Excel's 05:01.2 of minutes and seconds, and 12:00:00:123. The date is dropped, and the
+time of day kept, of 3/4/2026, where day or month may come first, of 20260131, MATLAB's
+31-Jan-2026 and Java's Jan 31, 2026."""
 
-WITH_COMMA = (r"(\d\d:\d\d:\d\d),(\d{1,9})\b", r"\1.\2")
+WITH_COMMA = (r"(:\d\d),(\d{1,9})\b", r"\1.\2")
 """The same for 12:00:00,123, where commas do not separate cells."""
 
 TIME_OF_DAY = re.compile(r"\s*([01]\d|2[0-3]):([0-5]\d):([0-5]\d(\.\d{1,9})?)\s*")
@@ -260,7 +262,7 @@ def by_iso(text: str, separator: str = "") -> str:
     )
     # blanks separate the date from the time, and a comma ends a cell
     ways = OTHER_WAYS[1:] if separator == " " else OTHER_WAYS
-    for pattern, written in ways if separator == "," else (*ways, WITH_COMMA):
+    for pattern, written in ways if separator == "," else (WITH_COMMA, *ways):
         text = re.sub(pattern, written, text)
     return text
 

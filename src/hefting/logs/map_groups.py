@@ -12,17 +12,17 @@ WORDS = {
     "force": ("f", "force", "forces", "kraft", "fuerza", "forza", "力"),
     "torque": (
         *("m", "torque", "torques", "moment", "moments", "tau", "mom", "mu"),
-        *("torq", "drehmoment", "forcer", "wrenchr", "ftr", "couple", "par"),
+        *("torq", "drehmoment", "forcer", "wrenchr", "ftr", "fr", "couple", "par"),
         *("momento", "coppia", "モーメント", "トルク", "力矩", "扭矩", "转矩"),
     ),
     "torque-or-translation": ("t", "tr"),
     "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk", "forcetorque"),
     "position": (
         *("", "p", "pos", "position", "translation", "trans", "xyz", "pose", "posx"),
-        *("tcppose", "xpos", "tvec", "位置"),
+        *("tcppose", "xpos", "framepos", "tvec", "位置"),
     ),
     "orientation": (
-        *("q", "o", "r", "u", "quat", "quaternion", "xquat"),
+        *("q", "o", "r", "u", "quat", "quaternion", "xquat", "framequat"),
         *("orientation", "ori", "orn", "orient", "orientu", "rot", "rotation"),
     ),
     "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation", "姿勢"),

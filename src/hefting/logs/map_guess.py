@@ -276,13 +276,17 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
             )
             equals += angles[0].columns[:1] if one != two else ()
         return Guess("orientation", quaternion.columns, equals=equals)
-    if angles is not None:
-        return angles[1]
     named = groups.matrix("rotation-matrix", 3, near)
-    if nine := named or groups.numbered("rotation-matrix", 9, near):
-        remark = "" if named else "row by row"
-        form = 'form = "matrix"'
-        return Guess("orientation", nine.columns, (form,), remark, nine.equals)
+    nine = named or groups.numbered("rotation-matrix", 9, near)
+    by_columns = nine is not None and sample.names[nine.columns[0]] == "Rot[0]"
+    if angles is not None and not by_columns:  # Qualisys' angles are in any order
+        return angles[1]
+    if nine is not None:
+        columns, remark = nine.columns, "" if named else "row by row"
+        if by_columns:
+            remark = "column by column"
+            columns = (*columns[::3], *columns[1::3], *columns[2::3])
+        return Guess("orientation", columns, ('form = "matrix"',), remark, nine.equals)
     numbered = groups.numbered("orientation", 4, near)
     if numbered is None or not has_unit_norm(sample, numbered.columns):
         return None
@@ -292,9 +296,12 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
 def _numbered_quaternion(sample: Sample, choice: Choice) -> Guess:
     """A quaternion with numbered components. The first is w for ``q0`` to ``q3``, ABB's
     ``q1`` or ``rot.q1`` to ``q4``, ``u0`` or ``orient.u0`` to ``u3``, and MuJoCo's
-    ``xquat``; else the last."""
+    ``xquat`` and ``framequat``; else the last."""
     name = sample.words(choice.columns[0]).lower()
-    w_first = re.fullmatch(r"(rot\.)?q\d|(.*\W)?u\d|.*(wxyz|xquat).*", name) is not None
+    w_first = (
+        re.fullmatch(r"(rot\.)?q\d|(.*\W)?u\d|.*(wxyz|xquat|framequat).*", name)
+        is not None
+    )
     form, other = ("wxyz", "xyzw") if w_first else ("xyzw", "wxyz")
     remark = f"or {other}: their numbers do not tell which is w"
     if {"wxyz", "xyzw"} & set(choice.words):

@@ -217,7 +217,7 @@ def _named_angles(
         words = words_of(name)
         behind = [word for word in words if word in ASIDE]
         words = [word for word in words if word not in ASIDE]
-        before = (*behind, *words[:-1])
+        before = (*behind, *(word for word in words[:-1] if word != "winkel"))
         if (
             words
             and not is_other((*behind, *words))

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.messages import codes
+from hefting.core.quantity import turned_about
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
 from hefting.logs.orientations import orientations_at
@@ -61,7 +62,7 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     far = float(np.linalg.norm(arm))
     if far > FARTHEST_SENSOR:
         what = f"the sensor is {far:.3g} m from the logged frame"
-        raise InputError(what, fix="give its pose in metres")
+        raise InputError(what, fix="give its pose in metres, or as in 40mm")
     orientation = recording["orientation"]
     from scipy.spatial.transform import Rotation
 
@@ -89,25 +90,6 @@ def with_given_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     return replace(placed, sensor_pose=frozen(pose))
 
 
-def sensor_turned(text: Any) -> Array:
-    """Pose (4, 4) of a sensor that is turned about one axis of the logged frame, by a
-    text such as ``"z:45"``: axis and degrees. `InputError` for anything else."""
-    axis, _, degrees = str(text).strip().partition(":")
-    try:
-        angle = np.radians(float(degrees))
-    except ValueError:
-        angle = np.nan
-    if axis not in ("x", "y", "z") or not abs(angle) <= 2.0 * np.pi:
-        raise InputError(
-            f"'{str(text)[:40]}' is no turn", fix="give an axis and degrees, as in z:45"
-        )
-    from scipy.spatial.transform import Rotation
-
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_euler(axis, angle).as_matrix()
-    return pose
-
-
 def mapped_sensor_pose(content: Mapping[str, Any], path: str | Path) -> Array | None:
     """Pose (4, 4) of the sensor in the logged frame [m] in a column map's content, if
     any; `InputError`, naming the map's `path` and the key, for an invalid one."""
@@ -120,7 +102,7 @@ def mapped_sensor_pose(content: Mapping[str, Any], path: str | Path) -> Array | 
     value = content[given[0]]
     try:
         if given[0] == "sensor_turned":
-            return sensor_turned(value)
+            return turned_about(value)
         return pose_matrix(value)
     except (InputError, TypeError, ValueError, OverflowError):
         fix = 'give [x, y, z, qx, qy, qz, qw], or sensor_turned = "z:45"'

@@ -60,7 +60,7 @@ FORCE = "actual_TCP_force"
 """Field of the wrench without the configured payload, in base axes [N, N m]."""
 
 
-TIMES = ("timestamp", "time")
+TIMES = ("timestamp", "time", "t")
 """Names of the column of times, the record's own first."""
 
 
@@ -116,9 +116,8 @@ def _check_fields(
     table: Table, fields: dict[str, list[int]], wrench_needed: bool
 ) -> None:
     if _time_of(table) is None:
-        raise InputError(
-            "there is no column timestamp", table.source, "record timestamp too"
-        )
+        fix = "record it too, or give the column of times that name"
+        raise InputError("there is no column timestamp", table.source, fix)
     if wrench_needed and not {RAW, FORCE} & set(fields):
         fix = f"record {RAW}, or {FORCE} with payload and tcp_offset"
         raise InputError("there is no wrench", table.source, fix)
@@ -215,7 +214,7 @@ def _check_payload(
     if "payload" not in values:
         what = (
             f"payload is not recorded: whatever is set in the controller is already removed from {FORCE}, "
-            f"and then the result is not the object (record {RAW})"
+            f"and then the result is not the object (record {RAW}, or add a column payload of 0 if none was set)"
         )
         return [warning("payload-unknown", what)]
     loaded = np.abs(values["payload"][:, 0]) > 1e-6
@@ -262,7 +261,10 @@ def _check_reference(values: dict[str, Array], raw: bool) -> list[Message]:
             if raw
             else "the origin of its torques on e-Series is"
         )
-        what = f"tcp_offset is not recorded: the TCP is taken to be at the flange, where {about}"
+        what = (
+            f"tcp_offset is not recorded: the TCP is taken to be at the flange, where {about} "
+            "(if it was elsewhere, add columns tcp_offset_0 to _5)"
+        )
         return [warning("tcp-offset-unknown", what)]
     if not raw and values["tcp_offset"][:, :3].any():
         what = f"torques of {FORCE} are taken about the flange, as on e-Series; CB3 gives them about the TCP"

@@ -10,7 +10,7 @@ from hefting.core.errors import InputError
 from hefting.core.quantity import numbers, quantities
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from hefting.core.accuracy import Accuracy
     from hefting.core.estimate import Estimate
@@ -172,14 +172,16 @@ ABOUT_SHAPES = (
 
 def require_shape(a: Any) -> None:
     """`InputError` where options of a shape are given without a shape."""
-    given = {name for name, value in vars(a).items() if value is not None}
-    if given & {"shape", "box"}:
-        return
-    for name in ABOUT_SHAPES:
-        if name in given:
-            option = "--" + name.replace("_", "-")
-            fix = "give --shape FILE or --box X,Y,Z, or leave it out"
-            raise InputError("there is no shape", option, fix)
+    if a.shape is None and getattr(a, "box", None) is None:
+        fix = "give --shape FILE or --box X,Y,Z, or leave it out"
+        refuse_given(a, ABOUT_SHAPES, "there is no shape", fix)
+
+
+def refuse_given(a: Any, names: "Iterable[str]", what: str, fix: str) -> None:
+    """`InputError` of the first of the named options that is given."""
+    for name in names:
+        if getattr(a, name, None) is not None:
+            raise InputError(what, "--" + name.replace("_", "-"), fix)
 
 
 def _box(a: Any, pose: "Array | None") -> "Shape":

@@ -6,6 +6,7 @@ This file reads shapes and poses from their textual forms and from values in mem
 
 from __future__ import annotations
 
+import re
 from os.path import isfile
 from pathlib import Path
 from typing import Any
@@ -15,16 +16,22 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.files import MAX_JSON, read_bytes, read_json
+from hefting.core.quantity import turned_about
 from hefting.core.spatial import Array, check_pose, frozen, plain, pose_matrix
-from hefting.shapes.files import read_ply_vertices
+from hefting.shapes.files import NUMPY, load_array, read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
 from hefting.shapes.shape import LABELS, Shape
 
 __all__ = ["Shape", "as_shape", "load_shape", "parse_pose"]
 
 HOW_POSES_ARE_GIVEN = (
-    "give x,y,z,qx,qy,qz,qw or a JSON or text file with those or a 4 x 4 matrix"
+    "give x,y,z,qx,qy,qz,qw, or turns as in 30mm,0,0.1,z:90, or a JSON, text or .npy file "
+    "with seven numbers or a 4 x 4 matrix"
 )
+
+BY_TRIMESH = (".gltf", ".3mf", ".dae")
+BY_HAND = (".step", ".stp", ".iges", ".igs", ".sldprt", ".fbx", ".blend", ".usd")
+"""Endings of files of shapes that trimesh, or the program that made them, converts."""
 
 
 def load_shape(
@@ -79,7 +86,12 @@ def load_shape(
     if suffix not in MESH_SUFFIXES:
         known = ", ".join(sorted({*MESH_SUFFIXES, *CLOUD_SUFFIXES}))
         fix = f"give box:X0,X1,Y0,Y1,Z0,Z1 or a file ending in {known}"
-        raise InputError("not a shape", text, fix)
+        if suffix in BY_TRIMESH:
+            load = f"trimesh.load_scene({text!r}).to_mesh().export({text + '.stl'!r})"
+            fix = f'convert it: pip install "trimesh[easy]", then in Python {load}'
+        elif suffix in BY_HAND:
+            fix = "export it as .stl, and give the unit it is exported in"
+        raise InputError("not a shape that is read", text, fix)
     return Shape.from_mesh(text, unit, pose, points, points_per_cm3)
 
 
@@ -146,21 +158,26 @@ def as_pose(pose: ArrayLike | str | Path) -> Array:
 
 def parse_pose(source: str | Path) -> Array:
     """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw``, from
-    ``x,y,z`` for parallel axes, or from a JSON or text file.
+    ``x,y,z`` for parallel axes, with turns such as ``z:90`` [degrees] behind, each about
+    an axis of the frame as turned so far, or from a JSON, text or ``.npy`` file.
 
-    The file holds a 4 x 4 matrix or those numbers. Raises `InputError` unless the
-    quaternion has unit norm, or the matrix is a rigid motion, within 1e-3.
+    Lengths are in metres, or have a unit, as ``30mm``. The file holds a 4 x 4 matrix or
+    those numbers. Raises `InputError` unless the quaternion has unit norm, or the matrix
+    is a rigid motion, within 1e-3.
 
     Examples
     --------
-    >>> hefting.parse_pose("0,0,0.1,0,0,0,1")[:3, 3].tolist()
+    >>> hefting.parse_pose("0,0,100mm,z:90")[:3, 3].tolist()
     [0.0, 0.0, 0.1]
     """
     text = str(source)
+    words = [word.strip() for word in text.split(",")]
+    turns = [word for word in words if re.match(r"[xyz]:[-+.\d]", word)]
     try:
-        numbers = [float(number) for number in text.split(",")]
+        numbers = [_length(word) for word in words if word not in turns]
+        numbers = numbers or [0.0, 0.0, 0.0]
     except ValueError:
-        numbers = _numbers_in(text)
+        numbers, turns = _numbers_in(text), []
     try:
         array = np.asarray(numbers, dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -168,20 +185,35 @@ def parse_pose(source: str | Path) -> Array:
     try:
         if array.shape == (3,):
             array = np.append(array, (0.0, 0.0, 0.0, 1.0))
-        if array.shape == (7,):
-            return pose_matrix(array)
-        if array.shape == (4, 4):
-            return check_pose(array)
+        if array.shape in ((7,), (4, 4)):
+            pose = pose_matrix(array) if array.ndim == 1 else check_pose(array)
+            for turn in turns:
+                pose = pose @ turned_about(turn)
+            return pose
     except InputError as error:
         raise InputError(error.what, text, error.fix) from None
     raise InputError("not a pose", text, HOW_POSES_ARE_GIVEN)
 
 
+def _length(word: str) -> float:
+    """A length [m], with or without its unit. `ValueError` for another word."""
+    for unit, size in (("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)):
+        if word.endswith(unit):
+            return float(word.removesuffix(unit)) * size
+    return float(word)
+
+
 def _numbers_in(path: str) -> Any:
-    """The numbers of a JSON file, or of text as NumPy and scanners' programs write it."""
+    """The numbers of a JSON file, of NumPy's, or of text as it and scanners write it."""
     if not isfile(path):
-        raise InputError("neither seven numbers nor a file", path, HOW_POSES_ARE_GIVEN)
-    words = read_bytes(path, MAX_JSON, "a pose").replace(b",", b" ").split()
+        raise InputError("neither numbers nor a file", path, HOW_POSES_ARE_GIVEN)
+    data = read_bytes(path, MAX_JSON, "a pose")
+    if data.startswith(NUMPY):
+        try:
+            return load_array(path)
+        except ValueError:
+            return None
+    words = data.replace(b",", b" ").split()
     try:
         numbers = np.array([float(word) for word in words])
     except ValueError:

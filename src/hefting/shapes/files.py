@@ -31,6 +31,8 @@ MAX_NODES, MAX_LEVELS, MAX_USED = 10_000, 100, 40_000_000
 """Most nodes of a scene, or parts of meshes, levels of nodes, and uses of numbers: the
 time to place a node grows with its level."""
 
+NUMPY = b"\x93NUMPY"
+"""First bytes of a NumPy file."""
 PART = 2**20
 """Bytes of a block in which words are counted."""
 MAX_BYTES = 200_000_000
@@ -91,6 +93,18 @@ def check_count(count: int, path: str | Path) -> None:
         raise InputError(
             f"the point cloud has more than {MAX_CLOUD:,} points", path, "downsample it"
         )
+
+
+def load_array(path: str | Path) -> np.ndarray:
+    """The numbers of a NumPy file, read where they are used; `ValueError` for others."""
+    try:
+        with np.errstate(over="ignore"):  # for sizes in a damaged header
+            array = np.load(path, mmap_mode="r", allow_pickle=False)
+    except Exception as error:  # a damaged header makes NumPy fail in any way
+        raise ValueError("not a whole array") from error
+    if array.dtype.kind not in "fiu":
+        raise ValueError("not an array of numbers")
+    return array
 
 
 def check_glb(data: bytes) -> None:

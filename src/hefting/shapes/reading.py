@@ -14,9 +14,11 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.shapes.files import (
     MAX_LINE,
+    NUMPY,
     check_count,
     check_glb,
     check_text,
+    load_array,
     read_bytes,
     read_ply_vertices,
 )
@@ -174,12 +176,9 @@ def read_cloud(path: str | Path) -> Array:
 
 def _numpy_array(data: bytes, path: str | Path) -> Array:
     """The first three columns of a NumPy file; ValueError unless it has numbers."""
-    if not data.startswith(b"\x93NUMPY"):
+    if not data.startswith(NUMPY):
         raise ValueError("not an array")
-    with np.errstate(over="ignore"):  # for sizes in a damaged header
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
-    if array.dtype.kind not in "fiu":
-        raise ValueError("not an array of numbers")
+    array = load_array(path)
     check_count(len(array) if array.ndim else 0, path)
     if array.ndim != 2:
         return array  # is refused by its shape

@@ -15,7 +15,7 @@ import numpy as np
 
 from hefting.core.errors import HeftingError, InputError
 from hefting.core.messages import Message, note, warning
-from hefting.core.recording import Recording
+from hefting.logs.given import as_recording
 from hefting.online.identifier import LiveIdentifier
 from hefting.online.live_estimate import LiveEstimate
 from hefting.online.samples import EndOfSource, Samples, Source, SourceLostError
@@ -190,7 +190,7 @@ LONGEST_STEP = 0.5
 
 
 def live(
-    source: Recording | Source | str | Path,
+    source: Any,
     shape: Any = None,
     *,
     speed: float = 1.0,
@@ -201,9 +201,9 @@ def live(
 
     Parameters
     ----------
-    source : Recording, Source, text or path
-        A recording, or the path of a log, which is played at its own speed; the address
-        of a live source, as ``hefting live`` takes it; or a `Source`.
+    source : Recording, Source, text, path, data frame or mapping
+        A recording in any form that `hefting.identify` takes, which is played at its own
+        speed; the address of a live source, as ``hefting live`` takes it; or a `Source`.
     shape : path, str, mesh, points or Shape, optional
         Where the object may have mass, as for `hefting.identify`.
     speed : float
@@ -299,11 +299,9 @@ def with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
 
 
 def _source(source: Any, speed: float) -> Source:
-    if isinstance(source, Recording):
-        return PlayedLog(source.source, Request(speed=speed), source)
     if isinstance(source, str | Path):
         return source_of(str(source), Request(speed=speed))
     if isinstance(source, Source):
         return source
-    what = f"a {type(source).__name__} is no source"
-    raise InputError(what, "live", "give a path, an address, a recording or a Source")
+    recording = as_recording(source)
+    return PlayedLog(recording.source, Request(speed=speed), recording)

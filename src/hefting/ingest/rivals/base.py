@@ -34,8 +34,8 @@ from hefting.ingest.rivals.wrench_compensated import OR_HEAVIER
 IN_BASE_AXES = "wrench-in-base-axes"
 IN_BASE = "the wrench seems to be in the axes of the robot's base"
 FIX_IN_BASE = (
-    'log it in sensor axes, or say axes = "world" of the wrench in a column map, '
-    "of a bag after hefting convert to CSV"
+    'log it in sensor axes, or say axes = "world" of the wrench in a column map '
+    "(hefting map LOG writes one), of a bag after hefting convert to CSV"
 )
 ABOUT_BASE = ", with its torque about the base's origin"
 FIX_ABOUT_BASE = "log it in sensor axes about the sensor's origin"
