@@ -17,7 +17,7 @@ from hefting.planning import Plan, plan
 from hefting.planning.space import HalfSpace
 from hefting.shapes import Shape
 from hefting.simulation.arm import Arm
-from hefting.simulation.arm_links import TORQUE_ARMS
+from hefting.simulation.torque_scenario import TORQUE_ARMS
 
 FINE = 1000.0
 """[Hz] of the grid on which limits are checked; every tenth instant for distances."""

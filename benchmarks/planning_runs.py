@@ -27,9 +27,9 @@ from hefting.planning.optimise import filled, fitted, largest_share, random_ways
 from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
-from hefting.simulation.arm_links import TORQUE_ARMS, MassiveArm
 from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates, record
 from hefting.simulation.joints import FREQUENCIES
+from hefting.simulation.torque_scenario import TORQUE_ARMS, MassiveArm
 from hefting.simulation.wield import wield_in_mujoco
 
 FOURIER_TERMS = 4

@@ -65,7 +65,7 @@ def _real(bodies: int, seed: int) -> None:
 
 def _simulated(objects: int, seed: int) -> None:
     from benchmarks.torques_simulated import cases, summary
-    from hefting.simulation.arm_links import TORQUE_ARMS
+    from hefting.simulation.torque_scenario import TORQUE_ARMS
 
     every = []
     for name in TORQUE_ARMS:

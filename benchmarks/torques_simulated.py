@@ -12,9 +12,8 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.estimators import Bayes
-from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torque_scenario import TorqueFaults, TorqueRobot
+from hefting.simulation.torque_scenario import TORQUE_ARMS, TorqueFaults, TorqueRobot
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import LoadedRuns
 from hefting.torques.samples import TorqueSamples

@@ -16,9 +16,8 @@ from hefting.estimators import Bayes
 from hefting.estimators.joint_state import WhitenedState
 from hefting.identification.by_torques import wrench_equations
 from hefting.robots import with_poses
-from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torque_scenario import TorqueFaults, TorqueRobot
+from hefting.simulation.torque_scenario import TORQUE_ARMS, TorqueFaults, TorqueRobot
 from hefting.simulation.wield import wield
 from hefting.torques.runs import LoadedRuns
 from hefting.torques.samples import samples_of

@@ -20,8 +20,8 @@ import numpy as np
 import hefting
 from hefting.plots import plot_plan, save_figure
 from hefting.simulation import HeldObject, hammer, random_smooth, simulate
-from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.demo import POSE
+from hefting.simulation.torque_scenario import TORQUE_ARMS
 
 robot = TORQUE_ARMS["ur5e"]
 Path("arm.urdf").write_text(robot.urdf)  # stands for that of your robot

@@ -14,10 +14,9 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.logs import write_log
 from hefting.simulation import UR5, Arm, Faults, Rates, random_smooth, record
-from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.faults import WRENCH_NOISE
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torque_scenario import TorqueRobot
+from hefting.simulation.torque_scenario import TORQUE_ARMS, TorqueRobot
 from hefting.simulation.wield import wield_analytically
 from reference.recorded import changed
 

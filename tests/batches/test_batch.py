@@ -14,8 +14,7 @@ from recorded import recorded
 import hefting
 from hefting.batches import batch, group, results
 from hefting.batches.batch import headline
-from hefting.batches.columns import columns, flat, table_of
-from hefting.batches.content import hash_of
+from hefting.batches.columns import columns, flat, hash_of, table_of
 from hefting.batches.one import row_of
 from hefting.batches.recordings import Entry
 from hefting.batches.results import TABLE, Results

@@ -13,9 +13,8 @@ from commands import refused
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.logs import read_log, write_log
-from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torque_scenario import TorqueRobot
+from hefting.simulation.torque_scenario import TORQUE_ARMS, TorqueRobot
 
 pytestmark = pytest.mark.usefixtures("same_commands")
 

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from hefting.core.immutable import immutable
+from hefting.core.spatial import immutable
 
 
 @immutable

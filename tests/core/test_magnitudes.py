@@ -22,7 +22,7 @@ from hefting.core.recording import COLUMNS, Recording, Stream
 from hefting.core.spatial import check_gravity, check_pose, pose_matrix
 from hefting.identification import identify
 from hefting.identification.truth import load_truth
-from hefting.ingest.bias import load_bias
+from hefting.ingest.sign_and_bias import load_bias
 from hefting.inspection import inspect
 from hefting.logs import read_log
 from hefting.simulation import UR5, hammer, simulate, sinusoids

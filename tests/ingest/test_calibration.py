@@ -13,10 +13,10 @@ from hefting.core.recording import Recording, Stream
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.timescales import autocorrelation_time
 from hefting.identification import identify
-from hefting.ingest.bias import load_bias, tare
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import fit_freely, lever, residuals
 from hefting.ingest.free_fit import wrench_sign as sign_of_fits
+from hefting.ingest.sign_and_bias import load_bias, tare
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 from random_problems import random_body, random_motion, with_wrench
 

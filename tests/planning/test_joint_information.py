@@ -11,7 +11,7 @@ from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.planning.information import JointInformation
 from hefting.planning.kinematics import Chain
 from hefting.planning.optimise import lagrangian
-from hefting.simulation.arm_links import TORQUE_ARMS
+from hefting.simulation.torque_scenario import TORQUE_ARMS
 from hefting.torques.runs import FRICTION_CHANGE, OFFSET_CHANGE
 from hefting.torques.samples import STICTION_SPEED
 

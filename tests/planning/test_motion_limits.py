@@ -8,7 +8,7 @@ import pytest
 from hefting.core.errors import InputError
 from hefting.planning.limits import ACCELERATION, JERK, Limits
 from hefting.robots.robot import Robot
-from hefting.simulation.arm_links import TORQUE_ARMS
+from hefting.simulation.torque_scenario import TORQUE_ARMS
 
 
 @pytest.fixture

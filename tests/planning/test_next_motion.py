@@ -12,7 +12,7 @@ from hefting.planning import plan, tours
 from hefting.planning.tours import best_tour
 from hefting.robots.joint_motion import sensor_motion
 from hefting.simulation import simulate
-from hefting.simulation.arm_links import TORQUE_ARMS, UR5E
+from hefting.simulation.torque_scenario import TORQUE_ARMS, UR5E
 from plans import search_briefly
 
 BODY = InertialParameters.from_com(0.9, (0.01, 0.0, 0.12), np.diag((5e-3, 5e-3, 1e-3)))

@@ -13,7 +13,7 @@ from hefting.planning.limits import CLEARANCE
 from hefting.planning.result import time_needed
 from hefting.planning.sensors import GAIN
 from hefting.planning.tours import STEPS, best_tour
-from hefting.simulation.arm_links import TORQUE_ARMS
+from hefting.simulation.torque_scenario import TORQUE_ARMS
 
 pytest.importorskip("mujoco")
 

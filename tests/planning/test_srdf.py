@@ -3,7 +3,7 @@
 import pytest
 
 from hefting.core.errors import InputError
-from hefting.planning.contacts import read_disabled_pairs
+from hefting.planning.solids import read_disabled_pairs
 
 LINKS = ("a", "b", "c")
 

@@ -14,11 +14,11 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.identification import calibrate
 from hefting.ingest import condition
-from hefting.ingest.bias import tare
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import ingest_all
 from hefting.ingest.plausibility import com_warnings
+from hefting.ingest.sign_and_bias import tare
 from hefting.ingest.systematic import offset_error
 from hefting.ingest.unmeasured import without_faulty_poses
 from hefting.shapes import Shape

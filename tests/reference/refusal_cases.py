@@ -28,10 +28,10 @@ from hefting.estimators import (
     RTLS,
     Bayes,
 )
-from hefting.ingest.bias import tare
 from hefting.ingest.ingest import ingest
 from hefting.ingest.joint import ingest_all
 from hefting.ingest.plausibility import require_object
+from hefting.ingest.sign_and_bias import tare
 from hefting.shapes import Shape
 from reference.held import dynamic, few, slow
 from reference.recorded import (

@@ -9,9 +9,8 @@ import pytest
 from hefting.identification import by_torques
 from hefting.identification.by_torques import ByTorques
 from hefting.identification.torque_checks import cause_of_no_load, link_errors, of_arm
-from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torque_scenario import TorqueRobot
+from hefting.simulation.torque_scenario import TORQUE_ARMS, TorqueRobot
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import LoadedRuns
 from hefting.torques.suspects import Suspects

@@ -12,8 +12,8 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.estimators import OLS
 from hefting.identification.torque_checks import of_arm, of_joints, of_unit
-from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
+from hefting.simulation.torque_scenario import TORQUE_ARMS
 from hefting.simulation.wield import inverse_dynamics
 from hefting.torques import equations
 from hefting.torques.dynamics import JointDynamics

@@ -19,9 +19,8 @@ from hefting.identification.torque_suspects import (
     refined,
     without_explained,
 )
-from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torque_scenario import TorqueFaults, TorqueRobot
+from hefting.simulation.torque_scenario import TORQUE_ARMS, TorqueFaults, TorqueRobot
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import EmptyRuns, LoadedRuns
 from hefting.torques.samples import TorqueSamples, samples_of

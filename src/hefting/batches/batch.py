@@ -8,14 +8,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.batches.columns import Row
-from hefting.batches.content import Kept
+from hefting.batches.columns import Kept, Row
 from hefting.batches.group import rows_of_objects
 from hefting.batches.one import lost, row_of, start_row
 from hefting.batches.recordings import Recordings, Sources, recordings_of
 from hefting.batches.results import Results, rows_named
 from hefting.batches.summary import COLUMNS, Summary, summary_of
-from hefting.core.immutable import immutable
+from hefting.core.spatial import immutable
 from hefting.jobs import Jobs, Lost
 
 if TYPE_CHECKING:

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field, replace
 from hashlib import blake2b
 from typing import Any
 
-from hefting.batches.columns import STAGES, Row, filled
-from hefting.batches.content import Kept, hash_of
+from hefting.batches.columns import STAGES, Kept, Row, filled, hash_of
 from hefting.batches.one import (
     OF_SHAPES,
     attempted,

@@ -17,8 +17,7 @@ from time import perf_counter
 from types import SimpleNamespace
 from typing import Any, TypeVar
 
-from hefting.batches.columns import STAGES, Row, filled
-from hefting.batches.content import Signature, hash_of, signature
+from hefting.batches.columns import STAGES, Row, Signature, filled, hash_of, signature
 from hefting.batches.recordings import Entry
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
 from hefting.core.estimate import Estimate

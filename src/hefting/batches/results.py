@@ -17,8 +17,16 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from hefting.batches.columns import SCHEMA, Row, columns, table_of
-from hefting.batches.content import Digests, Kept, digest_of, digests_of
+from hefting.batches.columns import (
+    SCHEMA,
+    Digests,
+    Kept,
+    Row,
+    columns,
+    digest_of,
+    digests_of,
+    table_of,
+)
 from hefting.core.errors import InputError
 from hefting.core.files import lock, replacing
 from hefting.core.spatial import Indices

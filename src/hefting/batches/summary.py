@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.batches.columns import SCHEMA, STAGES
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -25,10 +25,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.moments import folded, triangular
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 
 PAYLOAD = 10
 """Number of columns of the payload's parameters, the last before the torque's."""

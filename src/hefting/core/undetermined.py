@@ -12,7 +12,6 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error
 from hefting.core.spatial import (
     PARAMETERS,
@@ -20,6 +19,7 @@ from hefting.core.spatial import (
     TENSOR_ROWS,
     Array,
     Mask,
+    immutable,
     own,
     vector_to_tensor,
 )

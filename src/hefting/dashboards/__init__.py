@@ -16,10 +16,10 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message
 from hefting.core.progress import report
 from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import immutable
 from hefting.prediction import Prediction, predict
 from hefting.scene import Scene, scene_of
 from hefting.shapes import Shape

@@ -30,11 +30,10 @@ from typing import Any, ClassVar, Literal
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.quantity import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.joint_state import State, as_one, join, join_all
 from hefting.estimators.quadratic import whitening
 from hefting.estimators.sample_state import (

@@ -23,9 +23,8 @@ import math
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, immutable
 from hefting.estimators.quadratic import nonnegative_least_squares
 
 FLOOR = 1e-7

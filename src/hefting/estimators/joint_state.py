@@ -27,10 +27,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.moments import Moments, triangular
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array, frozen, immutable
 from hefting.estimators.raw_motion import NO_ROUGHNESS
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.time_record import TimeRecord

@@ -19,9 +19,8 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
-from hefting.core.immutable import immutable
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
-from hefting.core.spatial import Array, own
+from hefting.core.spatial import Array, immutable, own
 from hefting.estimators.base import BiasModel, require_samples
 from hefting.estimators.cone import ConeProblem, solve
 from hefting.estimators.joint_state import (

@@ -30,12 +30,11 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message
 from hefting.core.quantity import MassReading
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.base import Estimator, Known, stated_errors, take_errors
 from hefting.estimators.bayes.likelihood import scale_doubts
 from hefting.estimators.joint_state import State

@@ -12,10 +12,9 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.quantity import MassReading
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, immutable
 from hefting.estimators.bayes.likelihood import Likelihood, with_reading
 from hefting.estimators.bayes.mixture import Mixture, holding
 from hefting.estimators.bayes.passes import LARGEST_PRIOR_SCALE, SMALLEST_PRIOR_SCALE

@@ -18,9 +18,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.inertia import IDENTITY, PARAMETERS_OF, InertialParameters, congruence
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.prior import MASS_STD, Prior, parallel_axis_slopes
 from hefting.shapes import Shape
 

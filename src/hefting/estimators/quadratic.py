@@ -13,11 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from hefting.core.errors import InputError, NotIdentifiableError
-from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.measurements import Noise
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
-from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices, frozen
+from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices, frozen, immutable
 from hefting.estimators.joint_state import (
     JointState,
     State,

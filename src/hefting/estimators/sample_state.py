@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, NotIdentifiableError
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.moments import Moments
 from hefting.core.regressor import features, full_model_weight
-from hefting.core.spatial import CHUNK, Array
+from hefting.core.spatial import CHUNK, Array, immutable
 from hefting.estimators.time_record import TimeRecord
 
 Model = Literal["full", "reduced", "blended"]

@@ -20,10 +20,9 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.accuracy import Certificate
-from hefting.core.immutable import immutable
 from hefting.core.inertia import DIAGONAL, IDENTITY, congruence, mat, vec
 from hefting.core.lapack import lapack
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.quadratic import ScaledSVD
 
 SMALLEST_GAMMA = 1e-14

@@ -13,10 +13,9 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.moments import Moments, triangular
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.noise_found import inflation_of

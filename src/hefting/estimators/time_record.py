@@ -8,11 +8,10 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise
 from hefting.core.moments import folded, triangular
 from hefting.core.regressor import FEATURES
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.raw_motion import NO_ROUGHNESS, roughness, white_noise_of
 from hefting.estimators.timescales import TimeScales
 

@@ -16,10 +16,9 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.moments import folded, triangular
 from hefting.core.regressor import FEATURES
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 
 HAAR_FACTOR = 0.5**0.5
 """Factor of the orthonormal Haar transform: 1 / sqrt(2)."""

@@ -24,11 +24,10 @@ from hefting import __version__
 from hefting.core.errors import InputError
 from hefting.core.estimate import Answered, Estimate, estimate_given
 from hefting.core.estimate_json import json_ready
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.messages import Verdict
 from hefting.core.sensor_accuracy import Z95
-from hefting.core.spatial import Array, vector_to_tensor
+from hefting.core.spatial import Array, immutable, vector_to_tensor
 from hefting.core.summary import Shown
 from hefting.core.undetermined import mapped
 

@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import EMPTY_RUNS
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array
+from hefting.core.spatial import STANDARD_GRAVITY, Array, immutable
 from hefting.core.torque_moments import pseudo_inverse_half
 from hefting.estimators import OLS, default_method, method_named
 from hefting.estimators.base import Known

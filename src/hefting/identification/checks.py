@@ -11,10 +11,9 @@ import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, codes, error, warning
 from hefting.core.quantity import EXAMPLE, MassReading
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.core.undetermined import Undetermined, undetermined_mass
 from hefting.estimators import Bayes, Estimator
 from hefting.identification.estimator import state_of

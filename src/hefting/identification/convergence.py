@@ -7,9 +7,8 @@ import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import Array, tensor_to_vector
+from hefting.core.spatial import Array, immutable, tensor_to_vector
 from hefting.estimators import Estimator
 from hefting.estimators.joint_state import State
 from hefting.estimators.sample_state import SampleState

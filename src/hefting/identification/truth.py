@@ -11,10 +11,9 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import SCHEMA
 from hefting.core.files import read_json
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, check_magnitude
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.shapes import Shape
 
 

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.logs.arrays import numbers, position_and_orientation, unit_quaternions
 from hefting.motion import Motion
 from hefting.motion.spline import check_poses

@@ -12,9 +12,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.recording import Recording, Stream, block_starts
-from hefting.core.spatial import Array, Indices, Mask, in_sensor_axes
+from hefting.core.spatial import Array, Indices, Mask, immutable, in_sensor_axes
 from hefting.ingest.conditioned import Conditioned
 from hefting.motion import Measured, measure
 from hefting.motion.measure import Source

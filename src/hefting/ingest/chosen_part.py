@@ -7,9 +7,8 @@ from functools import partial
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
-from hefting.core.spatial import in_sensor_axes
+from hefting.core.spatial import immutable, in_sensor_axes
 from hefting.ingest.changes.stretches import Changes, Stretch
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.rivals.case import Case

@@ -11,11 +11,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.moments import Moments, triangular
 from hefting.core.regressor import FULL_MAP, GRAVITY, MOTION, WRENCH
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.sample_state import SampleState
 
 ANGULAR_ACCELERATION = slice(3, 6)

@@ -8,11 +8,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.progress import report
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity, squared_lengths
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    check_gravity,
+    immutable,
+    squared_lengths,
+)
 from hefting.estimators.timescales import autocorrelation_time
 from hefting.ingest.blocks import Blocks, medians, within_blocks
 from hefting.ingest.changes.find import find_changes

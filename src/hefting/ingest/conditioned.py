@@ -4,11 +4,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Mask, freeze, own
+from hefting.core.spatial import Array, Mask, freeze, immutable, own
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.drift import Drift
 from hefting.ingest.outliers import Outliers

@@ -5,8 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, freeze, interpolated
+from hefting.core.spatial import Array, Indices, freeze, immutable, interpolated
 
 SHORTEST_DRIFTING_RECORDING = 7.9
 """[s] In shorter recordings the bias counts as constant, as a drift is not

@@ -7,8 +7,7 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, interpolated
+from hefting.core.spatial import Array, immutable, interpolated
 
 Complex = NDArray[np.complexfloating]
 

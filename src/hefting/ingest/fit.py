@@ -11,8 +11,14 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Mask, interpolated, median, squared_lengths
+from hefting.core.spatial import (
+    Array,
+    Mask,
+    immutable,
+    interpolated,
+    median,
+    squared_lengths,
+)
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Layout, Model, Problem, Solution, solve, tilt_gravity
 from hefting.ingest.path import Reading

@@ -9,11 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.moments import Moments
 from hefting.core.regressor import GRAVITY, ONE, WRENCH, predict_wrench
-from hefting.core.spatial import PARAMETERS, Array, skew
+from hefting.core.spatial import PARAMETERS, Array, immutable, skew
 from hefting.estimators.joint_state import (
     State,
     as_one,

@@ -14,10 +14,15 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
-from hefting.core.spatial import PARAMETERS, TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.core.spatial import (
+    PARAMETERS,
+    TENSOR_COLUMNS,
+    TENSOR_ROWS,
+    Array,
+    immutable,
+)
 from hefting.estimators.joint_state import State, as_one
 from hefting.estimators.quadratic import RANK_TOLERANCE, stacked_factor
 from hefting.estimators.sample_state import SampleState

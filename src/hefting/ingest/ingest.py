@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import TYPICAL, SensorAccuracy
-from hefting.core.spatial import Array
-from hefting.ingest.bias import BiasOfEstimate, bias_of, is_chosen, subtract_bias, tared
+from hefting.core.spatial import Array, immutable
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
@@ -34,7 +32,17 @@ from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
 from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.rivals.consequence import Doubt
-from hefting.ingest.sign_and_bias import Fitted, choose_sign, fit_samples, sign_warnings
+from hefting.ingest.sign_and_bias import (
+    BiasOfEstimate,
+    Fitted,
+    bias_of,
+    choose_sign,
+    fit_samples,
+    is_chosen,
+    sign_warnings,
+    subtract_bias,
+    tared,
+)
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_drift,

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import Message
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.base import BiasModel
 from hefting.estimators.joint_state import State
 from hefting.ingest.changes.stretches import Changes

@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.joint_state import State, as_one, join_all
 from hefting.ingest.condensed import Excitation
 from hefting.ingest.free_fit import free_fit

@@ -22,10 +22,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.regressor import FULL_MAP
-from hefting.core.spatial import Array, Mask, cross
+from hefting.core.spatial import Array, Mask, cross, immutable
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.path import WORLD_AXES_COLUMNS, Path, Reading

@@ -3,8 +3,7 @@ the linear model over a grid."""
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import Start
 from hefting.ingest.model import (

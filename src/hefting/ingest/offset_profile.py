@@ -13,8 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.ingest.offset import (
     COARSE_OFFSET_STEP,
     FIRST_SCAN_RANGE,

@@ -5,8 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, median, runs_of, squared_lengths
+from hefting.core.spatial import (
+    Array,
+    Indices,
+    Mask,
+    immutable,
+    median,
+    runs_of,
+    squared_lengths,
+)
 
 CELL_DURATION = 0.05
 """[s] Duration of a cell. Contacts are found as sequences of cells."""

@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.immutable import immutable
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import (
     STANDARD_GRAVITY,
@@ -16,6 +15,7 @@ from hefting.core.spatial import (
     TENSOR_ROWS,
     Array,
     Mask,
+    immutable,
     interpolated,
     rotation_matrices,
 )

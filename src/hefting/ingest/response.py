@@ -19,11 +19,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
 from hefting.core.regressor import motion_features
-from hefting.core.spatial import Array, interpolated
+from hefting.core.spatial import Array, immutable, interpolated
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.filtering import SHORTEST_LAG, Ahead
 from hefting.ingest.fit import Start, gauss_newton

@@ -10,8 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import STANDARD_GRAVITY, Array, median
+from hefting.core.spatial import STANDARD_GRAVITY, Array, immutable, median
 from hefting.ingest.conditioned import LEAST_MASS, SIGNIFICANT
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import LARGEST_OFFSET_STEP, Fit, Start, gauss_newton

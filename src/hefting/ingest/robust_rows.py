@@ -11,9 +11,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
-from hefting.core.spatial import Array, squared_lengths
+from hefting.core.spatial import Array, immutable, squared_lengths
 from hefting.ingest.fit import STUDENT_DEGREES_OF_FREEDOM
 
 DAMPING = 1e-9

@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.spatial import (
     Array,
     column_medians,
+    immutable,
     interpolated,
     median,
     squared_lengths,

@@ -26,8 +26,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, immutable
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import Layout
 

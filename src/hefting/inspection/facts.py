@@ -4,11 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import dynamism, predict_wrench
-from hefting.core.spatial import SPEED_LIMIT, Array, freeze, median
+from hefting.core.spatial import SPEED_LIMIT, Array, freeze, immutable, median
 from hefting.ingest.blocks import residual_size
 from hefting.ingest.free_fit import FreeFit, residuals
 from hefting.ingest.ingest import Ingested

@@ -16,11 +16,10 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message
 from hefting.core.progress import report
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, immutable
 from hefting.logs.canonical import csv_of, table_from_recording
 from hefting.logs.csv_cells import (
     NOTHING,

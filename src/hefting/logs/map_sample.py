@@ -10,8 +10,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_size
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.logs.csv_cells import NUMBER, one_line, seconds_of, with_lists
 from hefting.logs.csv_file import CsvTable, open_csv, texts
 from hefting.logs.csv_header import Rows, is_numbers, read_header

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.logs.column_map import ColumnMap, Quantity
 from hefting.logs.orientations import (
     ANGULAR,

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.logs.arrays import ARRAYS, elapsed, recording_from_arrays
 from hefting.logs.map_time import names_time
 from hefting.logs.table import LONGEST_LIST, Block, summarize_list

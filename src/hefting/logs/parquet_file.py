@@ -17,10 +17,9 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.core.immutable import immutable
 from hefting.core.progress import report
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.logs.canonical import table_from_recording
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format

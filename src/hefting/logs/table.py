@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST_CELL, too_large
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Stream, all_finite
-from hefting.core.spatial import Array, Mask, median, own
+from hefting.core.spatial import Array, Mask, immutable, median, own
 from hefting.logs.gaps import FEW, Gaps, without_invalid_poses, without_repeats
 from hefting.logs.growing import Growing, Samples
 

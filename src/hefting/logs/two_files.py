@@ -5,9 +5,9 @@ from pathlib import Path
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size, load_toml
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, column_names
+from hefting.core.spatial import immutable
 from hefting.logs.column_map import ColumnMap, column_map_of
 from hefting.logs.map_guess import TIME_EXAMPLE
 from hefting.logs.mapped import Mapped, has_columns, mapped

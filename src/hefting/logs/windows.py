@@ -14,8 +14,8 @@ from pathlib import Path
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size
-from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
+from hefting.core.spatial import immutable
 from hefting.logs.csv_file import READ, texts
 from hefting.logs.registry import Format, find_format, suffix_of, table_formats
 from hefting.logs.table import Block, Table

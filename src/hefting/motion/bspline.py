@@ -29,9 +29,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
-from hefting.core.spatial import Array, median
+from hefting.core.spatial import Array, immutable, median
 
 Integers = NDArray[np.int_]
 Mask = NDArray[np.bool_]

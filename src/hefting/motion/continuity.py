@@ -7,8 +7,7 @@ stalled, or had not begun.
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, lengths
+from hefting.core.spatial import Array, Indices, Mask, immutable, lengths
 from hefting.motion.pose_steps import (
     FEWEST_HELD_ROWS,
     STEPS_OF_VELOCITY,

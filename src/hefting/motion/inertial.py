@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note, warning
 from hefting.core.quantity import significant
 from hefting.core.recording import Recording, Stream, block_starts
@@ -23,6 +22,7 @@ from hefting.core.spatial import (
     STANDARD_GRAVITY,
     Array,
     frozen,
+    immutable,
     in_sensor_axes,
     rotation_matrices,
     skew,

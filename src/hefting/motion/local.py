@@ -20,8 +20,7 @@ from math import comb
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, median
+from hefting.core.spatial import Array, immutable, median
 from hefting.motion.bspline import SPLINE_DEGREE, SUPPORT, Integers, Knots, Normal
 from hefting.motion.tuning import Smoothness
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
@@ -19,6 +18,7 @@ from hefting.core.spatial import (
     Array,
     Mask,
     check_gravity,
+    immutable,
     in_sensor_axes,
     interpolated,
     median,

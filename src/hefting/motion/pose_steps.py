@@ -7,12 +7,12 @@ the errors of the time stamps, is a break.
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.spatial import (
     Array,
     Indices,
     Mask,
     changed_rows,
+    immutable,
     lengths,
     median,
     quantile,

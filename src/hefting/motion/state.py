@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.spatial import (
     Array,
     Mask,
     freeze,
     frozen,
+    immutable,
     in_sensor_axes,
     interpolated,
     median,

@@ -19,10 +19,9 @@ from typing import Self
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.ingest.ingested import Ingested
 
 LENGTHS = (0.5, 1.0)

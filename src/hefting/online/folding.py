@@ -8,10 +8,9 @@ import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Stream
-from hefting.core.spatial import Array, interpolated
+from hefting.core.spatial import Array, immutable, interpolated
 from hefting.identification.waiting import LONGEST_WRENCH_GAP
 from hefting.ingest.drift import Drift
 from hefting.ingest.tool import without_tool

@@ -26,7 +26,7 @@ from hefting.estimators import Estimator, default_method, method_named, methods_
 from hefting.estimators.base import Known
 from hefting.identification.estimator import estimator_knowing, shape_of
 from hefting.identification.front import sensor_pose_of
-from hefting.ingest.bias import TARE, bias_of
+from hefting.ingest.sign_and_bias import TARE, bias_of
 from hefting.ingest.tool import load_tool
 from hefting.online.live_estimate import LiveEstimate, final_estimate
 from hefting.online.pipeline import Pipeline

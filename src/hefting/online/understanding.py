@@ -9,10 +9,9 @@ import numpy as np
 
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, codes, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, interpolated
+from hefting.core.spatial import Array, immutable, interpolated
 from hefting.estimators import Estimator, default_method
 from hefting.estimators.joint_state import State
 from hefting.identification.checks import with_diagnostics

@@ -11,9 +11,8 @@ from collections.abc import Callable, Iterable
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators import Estimator
 from hefting.export import REGISTRY, Target, export
 from hefting.identification.compare import Comparison

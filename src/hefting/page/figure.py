@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices
+from hefting.core.spatial import Array, Indices, immutable
 from hefting.scene import gaps_between
 
 DIGITS = 7

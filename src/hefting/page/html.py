@@ -15,7 +15,7 @@ import numpy as np
 
 from hefting import __version__
 from hefting.core.errors import MissingDependencyError
-from hefting.core.immutable import immutable
+from hefting.core.spatial import immutable
 from hefting.page.figure import DARK, LIGHT, Figure
 from hefting.scene import plus_minus
 

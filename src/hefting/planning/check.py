@@ -4,9 +4,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note
-from hefting.core.spatial import SPEED_LIMIT, Array
+from hefting.core.spatial import SPEED_LIMIT, Array, immutable
 from hefting.planning.information import features
 from hefting.planning.kinematics import Chain, Trajectory
 from hefting.planning.limits import CLEARANCE, CLEARANCE_SCALE, Constraints, JointStates

@@ -7,10 +7,9 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, doubts_of
 from hefting.core.estimate_json import subtracted_tool
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message, note
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array, frozen, immutable
 from hefting.core.undetermined import Covariance
 from hefting.estimators import Bayes
 from hefting.shapes import Shape

@@ -29,10 +29,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.regressor import FULL_MAP
-from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, frozen
+from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, frozen, immutable
 from hefting.planning.kinematics import Passed, TipMotion
 from hefting.torques.runs import FRICTION_CHANGE, OFFSET_CHANGE
 from hefting.torques.samples import STICTION_SPEED

@@ -26,8 +26,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, cross, freeze, frozen, rotation_matrices, skew
+from hefting.core.spatial import (
+    Array,
+    cross,
+    freeze,
+    frozen,
+    immutable,
+    rotation_matrices,
+    skew,
+)
 from hefting.robots.joint_motion import JointMotion
 from hefting.robots.robot import Robot
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
-from hefting.core.spatial import SPEED_LIMIT, Array, cross, freeze, frozen
+from hefting.core.spatial import SPEED_LIMIT, Array, cross, freeze, frozen, immutable
 from hefting.planning.information import expected_wrench
 from hefting.planning.kinematics import TipMotion
 from hefting.planning.space import HalfSpace

@@ -15,8 +15,7 @@ from dataclasses import field, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.planning.problem import Basis, Cuts, Look, Problem
 from hefting.planning.space import Space
 

@@ -12,10 +12,15 @@ from numpy.typing import ArrayLike
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, check_number
 from hefting.core.estimate import Answered, Estimate, estimate_given
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, note
-from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array, check_gravity
+from hefting.core.spatial import (
+    SPEED_LIMIT,
+    STANDARD_GRAVITY,
+    Array,
+    check_gravity,
+    immutable,
+)
 from hefting.planning.held import Held
 from hefting.planning.kinematics import Chain
 from hefting.planning.limits import ACCELERATION, JERK, Constraints, Limits

@@ -10,9 +10,8 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from hefting.core.accuracy import Accuracy
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters, com_jacobian
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array, frozen, immutable
 from hefting.planning.information import (
     Information,
     JointInformation,

@@ -13,10 +13,9 @@ from hefting.core.accuracy import NAMES, Accuracy
 from hefting.core.errors import InputError
 from hefting.core.estimate import NORMAL_95
 from hefting.core.estimate_json import json_ready
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.messages import Message
-from hefting.core.spatial import SPEED_LIMIT, Array, frozen, vector_to_tensor
+from hefting.core.spatial import SPEED_LIMIT, Array, frozen, immutable, vector_to_tensor
 from hefting.core.undetermined import mapped
 from hefting.estimators import Bayes
 from hefting.planning.held import BOX_ASSUMED, Held

@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.progress import report
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.planning.check import Usage
 from hefting.planning.kinematics import Trajectory
 from hefting.planning.limits import CLEARANCE

@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import HeftingError, InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH
-from hefting.core.immutable import immutable
 from hefting.core.measurements import NOISE_LEVELS, MotionNoise, Noise
 from hefting.core.messages import Message, note
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen
+from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen, immutable
 from hefting.identification import identify
 from hefting.identification.by_torques import ByTorques
 from hefting.planning.held import Held

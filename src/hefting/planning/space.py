@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, MissingDependencyError
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note, warning
-from hefting.core.spatial import Array, Indices, frozen
-from hefting.planning.contacts import Contacts, read_disabled_pairs
+from hefting.core.spatial import Array, Indices, frozen, immutable
 from hefting.planning.solids import (
     OBJECT,
+    Contacts,
     MovingLink,
     Solid,
+    read_disabled_pairs,
     read_links,
     solid_of,
     solids_of_links,

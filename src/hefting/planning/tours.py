@@ -11,8 +11,7 @@ import numpy as np
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array, frozen, immutable
 from hefting.planning.information import features
 from hefting.planning.kinematics import AT_REST, DEGREE, Trajectory
 from hefting.planning.limits import CLEARANCE

@@ -9,12 +9,11 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready, subtracted_tool
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, Verdict, error, verdict_of, warning
 from hefting.core.quantity import wrench_text
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
-from hefting.core.spatial import WRENCH, Array, freeze
+from hefting.core.spatial import WRENCH, Array, freeze, immutable
 from hefting.core.summary import warning_lines
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import residuals

@@ -13,9 +13,8 @@ import numpy as np
 
 from hefting.core.accuracy import Errors, errors_between
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, Noise
-from hefting.core.spatial import SPEED_LIMIT
+from hefting.core.spatial import SPEED_LIMIT, immutable
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
 from hefting.plots.style import BLUE, GREEN, ORANGE, SHADOW, VERMILION, drawing
 from hefting.shapes import Shape

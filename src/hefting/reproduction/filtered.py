@@ -12,12 +12,12 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.spatial import (
     STANDARD_GRAVITY,
     Array,
+    immutable,
     in_sensor_axes,
     tensor_to_vector,
 )

@@ -168,8 +168,8 @@ def check_request(request: SimpleNamespace) -> None:
     Options that only lack another one, as a hull without a shape, pass.
     """
     from hefting.estimators import method_named
-    from hefting.ingest.bias import bias_of
     from hefting.ingest.ingest import check_convention
+    from hefting.ingest.sign_and_bias import bias_of
     from hefting.motion.measure import check_source
 
     a = request

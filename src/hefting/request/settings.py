@@ -74,7 +74,7 @@ def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
 
 def reading_of(a: Any) -> dict[str, Any]:
     """Arguments of `hefting.identify` for reading recordings."""
-    from hefting.ingest.bias import bias_of
+    from hefting.ingest.sign_and_bias import bias_of
     from hefting.ingest.tool import load_tool
 
     return {

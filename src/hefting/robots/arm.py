@@ -16,9 +16,8 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import parse_xml, read_xml
-from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array, frozen, immutable
 from hefting.robots.joint_motion import named_columns
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import Tree, read_numbers, read_origin, read_urdf

@@ -14,9 +14,14 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import parse_xml
-from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST_PARAMETER
-from hefting.core.spatial import Array, frozen, rotation_matrices, vector_to_tensor
+from hefting.core.spatial import (
+    Array,
+    frozen,
+    immutable,
+    rotation_matrices,
+    vector_to_tensor,
+)
 from hefting.robots.urdf import (
     MOST,
     check_expanded,

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, freeze, rotation_matrices, skew
+from hefting.core.spatial import Array, freeze, immutable, rotation_matrices, skew
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import listed
 

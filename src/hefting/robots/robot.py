@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, cross, frozen, rotation_matrices
+from hefting.core.spatial import Array, cross, frozen, immutable, rotation_matrices
 from hefting.robots.urdf import SCALAR, Joint, Tree, listed, read_urdf
 
 CHUNK = 8_192

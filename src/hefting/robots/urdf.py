@@ -12,8 +12,7 @@ import numpy as np
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.files import check_no_xacro, is_xacro, parse_xml, read_xml
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array, frozen, immutable
 
 SCALAR = ("revolute", "continuous", "prismatic")
 """Kinds of joint with one position: [rad], [rad], [m]."""

@@ -15,11 +15,10 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import predict_wrench
-from hefting.core.spatial import Array, Indices, frozen
+from hefting.core.spatial import Array, Indices, frozen, immutable
 from hefting.scene.headline import (
     Headline,
     depth_of,

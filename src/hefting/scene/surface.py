@@ -5,10 +5,16 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters, com_jacobian
 from hefting.core.sensor_accuracy import Z95
-from hefting.core.spatial import Array, changed_rows, freeze, own, rotation_matrices
+from hefting.core.spatial import (
+    Array,
+    changed_rows,
+    freeze,
+    immutable,
+    own,
+    rotation_matrices,
+)
 from hefting.robots.arm import LARGEST_SIZE, Geometry
 from hefting.shapes import Shape
 from hefting.shapes.reading import read_mesh

@@ -16,8 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, immutable
 
 POINTS, WEIGHTS = (
     np.array(

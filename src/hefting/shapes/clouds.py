@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, immutable
 from hefting.shapes.solid import normals_of
 
 SMALL_HULL = 3000

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, freeze, frozen
+from hefting.core.spatial import Array, freeze, frozen, immutable
 from hefting.robots import Robot
 from hefting.robots.joint_motion import (
     JointMotion,

@@ -12,9 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose, freeze, frozen
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    check_pose,
+    freeze,
+    frozen,
+    immutable,
+)
 from hefting.shapes import Shape
 from hefting.shapes.checks import unit_scale
 from hefting.shapes.reading import read_mesh

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
-from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array
+from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array, immutable
 from hefting.shapes.reading import MESH_SUFFIXES
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion
 from hefting.simulation.faults import Faults, Rates, record

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, needing
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.progress import report
@@ -20,6 +19,7 @@ from hefting.core.spatial import (
     Array,
     check_pose,
     frozen,
+    immutable,
     rotation_matrices,
 )
 from hefting.robots.joint_motion import require_its_joints

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, needing
-from hefting.core.immutable import immutable
 from hefting.core.spatial import (
     STANDARD_GRAVITY,
     Array,
     Indices,
     check_gravity,
+    immutable,
     rotation_matrices,
     skew,
     tensor_to_vector,

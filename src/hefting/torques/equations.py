@@ -25,8 +25,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask, immutable
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments, merged
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.samples import TorqueSamples, averages

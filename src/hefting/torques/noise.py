@@ -21,9 +21,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.moments import triangular
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.core.torque_moments import (
     PAYLOAD,
     TorqueMoments,

@@ -13,8 +13,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask, immutable
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import OWN, Load, Rows, TorqueScales
 from hefting.torques.noise import fit

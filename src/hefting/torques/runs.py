@@ -23,8 +23,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import read_json, write_atomically
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments
 from hefting.torques import equations
 from hefting.torques.dynamics import JointDynamics

@@ -16,10 +16,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream, column_names
-from hefting.core.spatial import Array, Indices, Mask, interpolated, median, runs_of
+from hefting.core.spatial import (
+    Array,
+    Indices,
+    Mask,
+    immutable,
+    interpolated,
+    median,
+    runs_of,
+)
 from hefting.motion.curve import Curve
 from hefting.robots.joint_motion import named_columns
 from hefting.torques.dynamics import JointDynamics

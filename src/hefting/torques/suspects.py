@@ -16,8 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask, immutable
 from hefting.core.torque_moments import PAYLOAD
 from hefting.torques.equations import FRICTION_BY_LOAD, OWN, RATE, Load, Rows
 from hefting.torques.noise import TorqueFit

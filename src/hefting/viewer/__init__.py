@@ -16,11 +16,10 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
-from hefting.core.spatial import Array, Indices
+from hefting.core.spatial import Array, Indices, immutable
 from hefting.estimators import METHODS, Estimator, default_method, method_named, spelled
 from hefting.identification.convergence import estimate_until
 from hefting.identification.estimator import estimator_for

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.messages import Verdict
 from hefting.core.quantity import decimals
-from hefting.core.spatial import tensor_to_vector
+from hefting.core.spatial import immutable, tensor_to_vector
 
 STATUS_DO_NOT_USE = 3
 """Exit status of a command whose answer is not to be used."""

@@ -21,10 +21,9 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.regressor import FEATURES
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import Array, median
+from hefting.core.spatial import Array, immutable, median
 from hefting.estimators.bayes.groups import Groups, combined
 from hefting.estimators.bayes.likelihood import Equations
 from hefting.estimators.bayes.samples import Samples

@@ -26,8 +26,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.groups import Scores
 
 PROBABILITY_WHITE = 0.85

@@ -12,9 +12,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import Array, skew, tensor_to_vector
+from hefting.core.spatial import Array, immutable, skew, tensor_to_vector
 from hefting.shapes import Shape
 
 TYPICAL_POSE_STD = (0.003, 0.05)

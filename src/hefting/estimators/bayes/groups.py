@@ -14,9 +14,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.regressor import FEATURES, ONE, WRENCH, full_rows
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 
 COMPARED_ENTRIES = 4
 """Number of leading entries of a score that are compared: mass and first moment."""

@@ -23,12 +23,11 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack, root_of_inverse
 from hefting.core.messages import Message, error
 from hefting.core.quantity import MassReading
 from hefting.core.regressor import FULL_MAP
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.samples import Samples
 
 REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))

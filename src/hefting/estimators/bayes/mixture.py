@@ -7,9 +7,15 @@ from typing import Self
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import STEINER, Array, own, tensor_to_vector, vector_to_tensor
+from hefting.core.spatial import (
+    STEINER,
+    Array,
+    immutable,
+    own,
+    tensor_to_vector,
+    vector_to_tensor,
+)
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
 

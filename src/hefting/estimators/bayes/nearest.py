@@ -5,9 +5,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.distortion import Move, affine
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.prior import LARGEST_DISTORTION, Prior, vector_second

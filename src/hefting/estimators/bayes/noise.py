@@ -11,10 +11,9 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.sensor_accuracy import EXACT, TYPICAL, SensorAccuracy
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.calibration_errors import CalibrationErrors
 from hefting.estimators.bayes.colour import (
     FEWEST_SAMPLES_FOR_NOISE,

@@ -6,9 +6,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.calibration_errors import CalibrationErrors
 from hefting.estimators.bayes.colour import LARGEST_STRETCH_DISAGREEMENT, Colour
 from hefting.estimators.bayes.groups import Scores

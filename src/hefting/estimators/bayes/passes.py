@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.core.immutable import immutable
 from hefting.core.quantity import MassReading
 from hefting.core.spatial import (
     Array,
+    immutable,
     inverse_pose,
     pose_matrix,
     quaternion_of,

@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error, warning
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.colour import (
     FEWEST_SAMPLES_FOR_NOISE,
     LARGEST_STRETCH_DISAGREEMENT,

@@ -15,8 +15,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import STEINER, Array
+from hefting.core.spatial import STEINER, Array, immutable
 from hefting.estimators.bayes import bounds
 from hefting.estimators.bayes.densities import (
     MEMBERS,

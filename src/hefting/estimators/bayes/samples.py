@@ -6,11 +6,10 @@ from typing import Self
 import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
-from hefting.core.immutable import immutable
 from hefting.core.lapack import triangular_root
 from hefting.core.moments import triangular
 from hefting.core.regressor import ONE, WRENCH, full_rows
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.joint_state import (
     State,
     WhitenedState,

@@ -18,9 +18,8 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.regressor import FEATURES
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.estimators.bayes.colour import first_order
 
 SLOW_ERROR_TIME = 0.25

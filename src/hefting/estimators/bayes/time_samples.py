@@ -6,10 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.moments import triangular
 from hefting.core.regressor import ONE
-from hefting.core.spatial import Array, median
+from hefting.core.spatial import Array, immutable, median
 from hefting.estimators.bayes.colour import (
     LARGEST_STRETCH_DISAGREEMENT,
     Colour,

@@ -5,8 +5,14 @@ from typing import Any, Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, median, vector_to_tensor
+from hefting.core.spatial import (
+    Array,
+    Indices,
+    Mask,
+    immutable,
+    median,
+    vector_to_tensor,
+)
 from hefting.shapes import Shape
 
 TARGET_VOXELS = 4000

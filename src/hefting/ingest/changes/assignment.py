@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, immutable
 from hefting.ingest.changes.bodies import (
     PARAMETERS,
     JointFit,

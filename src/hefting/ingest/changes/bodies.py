@@ -15,8 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, column_medians
+from hefting.core.spatial import Array, column_medians, immutable
 from hefting.ingest.changes.cells import (
     LARGEST_BIAS,
     LARGEST_PARAMETERS,

@@ -14,8 +14,15 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, column_medians, median, runs_of
+from hefting.core.spatial import (
+    Array,
+    Indices,
+    Mask,
+    column_medians,
+    immutable,
+    median,
+    runs_of,
+)
 from hefting.ingest.blocks import medians
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Model, Problem

@@ -8,9 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error, warning
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 
 EventKind = Literal["picked-up", "put-down", "swapped", "slipped", "touched"]
 

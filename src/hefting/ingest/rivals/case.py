@@ -6,10 +6,16 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import TYPICAL_SHARE
-from hefting.core.spatial import Array, Mask, column_medians, distinct, median
+from hefting.core.spatial import (
+    Array,
+    Mask,
+    column_medians,
+    distinct,
+    immutable,
+    median,
+)
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.channels import rounding_error
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions

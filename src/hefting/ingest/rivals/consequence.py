@@ -5,9 +5,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error, warning
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, immutable
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.elastic import Vibration
 from hefting.ingest.rivals.evidence import unexplained_share

@@ -9,8 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, column_medians
+from hefting.core.spatial import Array, Indices, Mask, column_medians, immutable
 from hefting.estimators.timescales import autocorrelation_time
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case

@@ -9,9 +9,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
-from hefting.core.spatial import WRENCH, Array
+from hefting.core.spatial import WRENCH, Array, immutable
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.path import Path, path_of, static_path
 from hefting.ingest.rivals.case import FINE_OFFSETS, Case, Motion

@@ -20,8 +20,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.progress import each as each_of
+from hefting.core.spatial import immutable
 from hefting.ingest.filtering import SHORTEST_LAG
 from hefting.ingest.rivals import (
     EXPLANATIONS,

@@ -13,8 +13,7 @@ are seldom many, mass and first moment change once, at one of the poses.
 
 import numpy as np
 
-from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, cross, skew
+from hefting.core.spatial import Array, Indices, cross, immutable, skew
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.filtering import Complex, Signal
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE

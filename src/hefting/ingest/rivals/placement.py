@@ -9,9 +9,9 @@ wrench about it is that of a body held there.
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.spatial import (
     Array,
+    immutable,
     quaternion_of,
     rotation_by,
     rotation_vector,

@@ -12,9 +12,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from hefting.core.immutable import immutable
 from hefting.core.progress import each as each_of
-from hefting.core.spatial import distinct
+from hefting.core.spatial import distinct, immutable
 from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE, bias
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.elastic import Vibration

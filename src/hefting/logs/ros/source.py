@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError, needing, printable
-from hefting.core.immutable import immutable
 from hefting.core.progress import report
+from hefting.core.spatial import immutable
 from hefting.logs.registry import READING
 
 MAX_CHUNK = 256 * 1024**2
