@@ -6,15 +6,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import (
-    WRENCH,
-    Array,
-    Mask,
-    column_medians,
-    distinct,
-    median,
-    runs_of,
-)
+from hefting.core.spatial import WRENCH, Array, Mask, column_medians, distinct, median
 
 FEWEST_SAMPLES = 20
 """Number of samples from which on a constant channel is no chance."""
@@ -40,17 +32,17 @@ below 0.6 steps, and samples that all round to one value seem exact."""
 FEW_STEPS = 2.0
 """Range in steps of the other channels of a force or torque up to which a constant one
 may be rounded."""
-LEAST_RESTING = 5.0
-"""[%] Samples at one value from which on the answer is wrong, as with those at the end
-of the sensor's range: with 9 % a mass was found 11 % too small."""
+LEAST_RESTING, ALONE = 0.05, 10.0
+"""Share of samples at one value from which on a channel rests there: with 9 % a mass was
+found 11 % too small; and their number over that of any other value, which is 4 of noise
+that is rounded to twice its deviation."""
 ROUNDING = 1e-3
 """Deviation from whole steps, in steps, that is rounding."""
 
 
 def dead_channel_message(recording: Recording) -> Message | None:
-    """An error that names channels which are constant, or equal another one, while
-    others have noise, or rest within their range as in a dead zone; None if there are
-    none."""
+    """An error that names channels which are constant, equal another one, or rest within
+    their range, while others have noise; None if there are none."""
     values = recording["wrench"].values
     repeated = np.all(values[1:] == values[:-1], axis=1)
     values = values[np.concatenate(([True], ~repeated))]
@@ -72,35 +64,26 @@ def dead_channel_message(recording: Recording) -> Message | None:
         for other in np.flatnonzero(noisy[:c]):
             if _equal(values[:, c], values[:, other]):
                 said.append(f"{WRENCH[c]} is the same as {WRENCH[other]}")
-    if said:
-        what = f"{', '.join(said)}: is the channel connected, and its column the right one?"
-        return error("channel-dead", what)
-    if not (shares := _resting_shares(values)):
+    for name, channel in zip(WRENCH, values.T, strict=True):
+        if _rests(channel):
+            said.append(f"{name} often has one value, as in a filter's dead zone")
+    if not said:
         return None
-    what = (
-        f"{', '.join(shares)} at rest at one value for {max(shares.values()):.2g} % of the samples: "
-        "does a filter set small values to zero (dead zone), or is a wire loose?"
-    )
+    what = f"{', '.join(said)}: is the channel connected, and its column the right one?"
     return error("channel-dead", what)
 
 
-def _resting_shares(values: Array) -> dict[str, float]:
-    """Share [%], by name, of the samples in which a channel of a wrench (K, 6), of which
-    no row is repeated, keeps one value within its range for `FEWEST_SAMPLES` or more,
-    while its noise is more than its digits; from `LEAST_RESTING` on."""
-    shares: dict[str, float] = {}
-    for name, channel in zip(WRENCH, values.T, strict=True):
-        resting = np.zeros(len(channel), dtype=bool)
-        for begin, end in runs_of(channel[1:] == channel[:-1]):
-            resting[begin : end + 1] = end - begin >= FEWEST_SAMPLES
-        at, moving = distinct(channel[resting]), channel[~resting][:SAMPLES_FOR_NOISE]
-        if len(at) != 1 or not channel.min() < at[0] < channel.max():
-            continue
-        digit = np.diff(distinct(moving)).min(initial=np.inf)
-        share = 100.0 * float(resting.mean())
-        if share > LEAST_RESTING and noise_of_channel(moving) > digit:
-            shares[name] = share
-    return shares
+def _rests(channel: Array) -> bool:
+    """Whether one value within the range of a channel (K,) is far more frequent than the
+    others, though noise exceeds its steps."""
+    channel = channel[:: -(-len(channel) // SAMPLES_FOR_NOISE)]
+    levels, counts = np.unique(channel, return_counts=True)
+    at = counts.argmax()
+    other = np.delete(counts, at).max(initial=1)
+    if not counts[at] > max(LEAST_RESTING * len(channel), ALONE * other):
+        return False
+    moving = channel[channel != levels[at]]
+    return bool(0 < at < len(levels) - 1) and not step_beyond_noise(moving)
 
 
 def require_changing_wrench(recording: Recording) -> None:
