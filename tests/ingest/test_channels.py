@@ -169,3 +169,50 @@ def test_the_error_of_rounding_is_uniform_over_a_step():
     ]
     # the slow wave dwells at its turns: the errors are uniform to a few percent
     np.testing.assert_allclose(rounding_error(rounded), expected, rtol=0.05)
+
+
+def dead_zone(wrench, size=(1.5, 0.05)):
+    """Small values are zero, and others that much smaller, as by a threshold filter."""
+    less = np.abs(wrench) - np.repeat(size, 3)
+    return np.sign(wrench) * np.maximum(less, 0.0)
+
+
+def test_a_dead_zone_is_named():
+    """It had been *good* with a mass 11 % too small, or *usable with care*."""
+    message = changed(dead_zone)
+    assert message is not None
+    assert (message.code, message.severity) == ("channel-dead", "error")
+    assert "dead zone" in message
+    found = identify(correct(0).wrench(lambda _, w: dead_zone(w)).recording)
+    assert found.verdict.level == "do not use"
+    assert found.verdict.reasons[0].code == "channel-dead"
+
+
+@pytest.mark.parametrize(
+    ("rows", "values", "digits", "named"),
+    [
+        (55, [0.3], 0.0, True),
+        (45, [0.3], 0.0, False),  # less than a twentieth
+        (300, [0.3, 0.4], 0.0, False),  # as of a channel that is measured more slowly
+        (300, [9.0], 0.0, False),  # the end of the range
+        (300, [0.3], 0.05, True),
+        (300, [0.3], 1.4, False),  # more than the noise
+    ],
+)
+def test_a_channel_rests_at_one_value_within_its_range(rows, values, digits, named):
+    wrench = np.random.default_rng(1).normal(size=(1000, 6))
+    if digits:
+        wrench = digits * np.round(wrench / digits)
+    for value, part in zip(
+        values, np.array_split(np.arange(rows), len(values)), strict=True
+    ):
+        wrench[100 + part, 1] = value
+    for held in (1, 25):  # repeated rows change nothing
+        recording = correct(0).recording
+        time = np.arange(1000.0 * held)
+        stream = Stream(time, np.repeat(wrench, held, axis=0))
+        log = replace(recording, streams={**recording.streams, "wrench": stream})
+        message = dead_channel_message(log)
+        assert (message is not None) == named
+        if message is not None:
+            assert message.startswith("fy often has one value,")

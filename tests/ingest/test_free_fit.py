@@ -170,3 +170,19 @@ def test_the_lever_is_the_distance_of_the_com_and_shows_a_unit_of_torque(free_bi
         )
         found = lever(SampleState.of(rests), free_bias)
         assert (found > 0.0) == (told or not free_bias)
+
+
+@pytest.mark.parametrize("free_bias", [False, True])
+@pytest.mark.parametrize("speed", [0.3, 10.0])
+def test_accelerations_do_not_make_the_lever_longer(speed, free_bias):
+    """They are what gravity leaves: of 10 m/s² and rad/s² levers of up to 80 times the
+    distance had been found, and right recordings were refused for the unit of torque.
+
+    Of exact wrenches, so the tolerance is that of rounding.
+    """
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        body = random_body(rng)
+        z = with_wrench(random_motion(rng, 50, speed), body, BIAS * free_bias)
+        distance = np.linalg.norm(body.center_of_mass)
+        assert lever(SampleState.of(z), free_bias) <= distance * (1.0 + 1e-9)

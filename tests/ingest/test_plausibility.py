@@ -225,6 +225,24 @@ def test_gravity_alone_is_told_where_the_motion_is_fast(speed, told):
     assert any("too fast for gravity alone" in line for line in warnings) == told
 
 
+@pytest.mark.parametrize("shape", [None, BOX])
+def test_an_answer_that_does_not_fit_the_wrench_is_not_to_be_used(shape):
+    """What is left of an object less a gripper that was not there is no body: the answer
+    is the nearest one, which had been *usable with care*. In the shape, too, as the answer
+    is then without it."""
+    held = InertialParameters.from_com(1.2, (0.0, 0.0, 0.2), 8e-3 * np.eye(3))
+    other = InertialParameters.from_com(0.9, (0.0, 0.0, 0.1), 2e-3 * np.eye(3))
+    log = simulate(
+        UR5.motion(random_smooth(8.0, 100.0, 1.0, 0)),
+        InertialParameters(held.vector - other.vector),
+        noise=Noise(0.1, 0.005),
+        seed=1,
+    )
+    found = identify(log, shape)
+    assert found.verdict.level == "do not use"
+    assert ("misfit", "error") in {(m.code, m.severity) for m in found.verdict.reasons}
+
+
 @pytest.mark.parametrize("tool", [None, 0.8])
 def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
     tool, monkeypatch

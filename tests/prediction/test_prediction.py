@@ -13,10 +13,11 @@ from hefting.core.measurements import Noise
 from hefting.core.messages import codes
 from hefting.core.quantity import wrench_text
 from hefting.core.recording import Recording, Stream
+from hefting.core.regressor import full_regressor
 from hefting.core.sensor_accuracy import Z95
+from hefting.core.undetermined import Covariance
 from hefting.prediction import predict as module_function
 from hefting.prediction.predict import MOST
-from hefting.prediction.spread import Spread
 from hefting.simulation import (
     UR5,
     JointMotion,
@@ -205,9 +206,7 @@ def test_the_band_is_that_of_draws():
     found = predict(estimate_of(covariance=C), columns(OTHER))
     draws = np.random.default_rng(1).multivariate_normal(BODY.vector, C, size=4000)
     z = wield(OTHER, BODY)
-    from hefting.prediction.spread import regressor
-
-    wrenches = np.einsum("kip,dp->dki", regressor(z)[::50], draws)
+    wrenches = np.einsum("kip,dp->dki", full_regressor(z)[::50], draws)
     assert found.std is not None
     # the deviation of 4,000 draws is itself off by 1.1 % (one deviation); 60 numbers,
     # correlated: five deviations
@@ -217,7 +216,7 @@ def test_the_band_is_that_of_draws():
     )
     k = int(np.argmax(np.linalg.norm(found.wrench[:, 3:], axis=1)))
     sizes = np.linalg.norm(
-        np.einsum("ip,dp->di", regressor(z[k : k + 1])[0, 3:], draws), axis=1
+        np.einsum("ip,dp->di", full_regressor(z[k : k + 1])[0, 3:], draws), axis=1
     )
     # the same, and first order
     assert found.peaks["torque"].std == pytest.approx(sizes.std(), rel=0.06)
@@ -300,12 +299,12 @@ def test_what_is_no_covariance_is_refused(fault):
     else:
         C[0, 1] = C[1, 0] = np.inf
     with pytest.raises(InputError, match="covariance"):
-        Spread.of(C)
+        Covariance.of(C)
 
 
 def test_the_root_of_a_covariance_gives_it_back():
     C = covariance(3)
-    root = Spread.of(C).root
+    root = Covariance.of(C).root
     # an eigendecomposition's rounding
     np.testing.assert_allclose(root @ root.T, C, rtol=1e-9, atol=1e-12 * C.max())
 

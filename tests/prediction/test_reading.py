@@ -5,9 +5,8 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
-from hefting.core.sensor_accuracy import Z95, SensorAccuracy
+from hefting.core.sensor_accuracy import EXACT, Z95, SensorAccuracy
 from hefting.prediction import predict
-from hefting.prediction.spread import reading_std
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 
@@ -17,13 +16,13 @@ def test_a_reading_is_as_unsure_as_its_sensor():
     accuracy = SensorAccuracy(0.01, 0.2, 0.004)
     force = np.zeros((2, 6))
     force[1, 0] = 50.0
-    std = reading_std(force, accuracy)
+    std = accuracy.reading_std(force)
     np.testing.assert_allclose(std[0], np.repeat((0.2, 0.004), 3) / Z95)
     more = np.sqrt(std[1] ** 2 - std[0] ** 2) / 50.0
     own = 1.5 * (0.01 / Z95) ** 2 + 0.005**2  # slow errors: half a percent at most
     np.testing.assert_allclose(more[0], own**0.5)
     np.testing.assert_allclose(more[1:], accuracy.channel_stds[1:, 0])
-    assert not reading_std(force, None).any()
+    assert not EXACT.reading_std(force).any()
 
 
 def test_the_band_is_that_of_the_reading_where_a_sensor_is_given():
@@ -38,7 +37,7 @@ def test_the_band_is_that_of_the_reading_where_a_sensor_is_given():
     assert bare.std is not None
     assert read.std is not None
     assert not bare.std.any()
-    np.testing.assert_allclose(read.std, reading_std(read.wrench, SensorAccuracy(0.01)))
+    np.testing.assert_allclose(read.std, SensorAccuracy(0.01).reading_std(read.wrench))
     assert read.peaks["force"].std > 0.01 * read.peaks["force"].value / Z95
     assert "band-of-reading" in codes(read.notes)
     assert "band-of-reading" not in codes(bare.notes)

@@ -252,6 +252,14 @@ class SensorAccuracy:
         stds[:3, :3] = stds[3:, 3:] = own
         return stds * np.outer(self.scale, 1.0 / self.scale)
 
+    def reading_std(self, wrench: Array) -> Array:
+        """(K, 6) standard deviations [N, N m] of the sensor's readings of wrenches (K, 6),
+        by gain, cross-talk and offset, without noise and bias."""
+        variance = np.square(wrench) @ np.square(self.channel_stds).T
+        variance += np.square(self.gain_std * wrench)
+        variance += np.square(self.slow_std * wrench) + np.square(self.offset_std)
+        return np.sqrt(variance)
+
 
 def _limits(sheet: Sheet) -> tuple[float, float, float, float]:
     """Share, force, torque and lever by a data sheet.

@@ -12,8 +12,11 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, error
+from hefting.core.regressor import full_rows, motion_features
 from hefting.core.spatial import (
+    CHUNK,
     PARAMETERS,
     TENSOR_COLUMNS,
     TENSOR_ROWS,
@@ -155,6 +158,9 @@ def undetermined_mass(
 NEGATIVE = 1e-6
 """Largest negative eigenvalue that is rounding, relative to the largest one, for
 standard deviations scaled to 1."""
+TOUCHES = 1e-6
+"""[m/s², rad/s²] Entry of A up to which a parameter does not matter: the error by
+smoothing where the sensor does not turn, a micronewton metre for 1 kg m²."""
 NOTHING = 1e-12
 """Eigenvalue, relative to the largest one, below which there is no variance."""
 
@@ -215,3 +221,20 @@ class Covariance(NamedTuple):
         some = self.values > NOTHING * self.values[-1]
         ways = self.vectors[:, some] / self.size[:, None]
         return (ways / self.values[some]) @ ways.T
+
+    def std(self, rows: Array) -> Array:
+        """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where
+        an open parameter matters."""
+        std = np.sqrt(np.square(rows @ self.root).sum(axis=-1))
+        return np.where(
+            (np.abs(rows) > TOUCHES)[..., self.open].any(axis=-1), np.inf, std
+        )
+
+    def of_wrench(self, measurements: Measurements) -> Array:
+        """Standard deviations (K, 6) [N, N m] of the predicted wrench A phi, with A (6, 10)
+        from the motion: by the covariance C it is A C A'."""
+        std = np.empty((len(measurements), 6))
+        for first in range(0, len(std), CHUNK):
+            part = slice(first, first + CHUNK)
+            std[part] = self.std(full_rows(motion_features(measurements[part])))
+        return std

@@ -198,34 +198,34 @@ def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
 
 
 def lever(state: State, free_bias: bool) -> float:
-    """Approximate distance [m] of the COM from the sensor origin.
+    """Least distance [m] of the COM from the sensor origin.
 
     It is the ratio of the first moment by the torque to the mass by the force, both
     from gravity alone. As the two are estimated separately, a wrong unit of the torque
-    shows.
+    shows. What gravity leaves of the wrench, as accelerations do, counts as in step with
+    it: the moment may be smaller by that, and the mass larger.
     0 if undetermined: with a free bias, where gravity in sensor axes turns by less than
         `SMALLEST_GRAVITY_CHANGE`.
     """
     factor = as_one(state).full.factor
     weight = max(float(factor[:, ONE] @ factor[:, ONE]), 1e-300)
-    gravity, wrench = factor[:, GRAVITY], factor[:, WRENCH]
-    size = float(np.sqrt(np.sum(gravity**2) / weight))
+    size = float(np.sqrt(np.sum(factor[:, GRAVITY] ** 2) / weight))
     if free_bias:
         factor = full_without_bias(state).factor
-        gravity, wrench = factor[:, GRAVITY], factor[:, WRENCH]
-        if (
-            np.sqrt(np.sum(gravity**2, axis=0) / weight).max()
-            < SMALLEST_GRAVITY_CHANGE * size
-        ):
-            return 0.0
-    mass, moment = (
-        float(np.linalg.norm(np.linalg.lstsq(A, b.ravel(), rcond=1e-3)[0]))
-        for A, b in (
-            (-gravity.reshape(-1, 1), wrench[:, :3]),
-            (skew(gravity).reshape(-1, 3), wrench[:, 3:]),
-        )
-    )
-    return moment / mass if mass > 0.0 else 0.0
+    gravity, wrench = factor[:, GRAVITY], factor[:, WRENCH]
+    turns = np.sqrt(np.sum(gravity**2, axis=0) / weight).max()
+    if free_bias and turns < SMALLEST_GRAVITY_CHANGE * size:
+        return 0.0
+    least = []
+    for sign, A, b in (
+        (1.0, -gravity.reshape(-1, 1), wrench[:, :3].ravel()),
+        (-1.0, skew(gravity).reshape(-1, 3), wrench[:, 3:].ravel()),
+    ):
+        found = np.linalg.lstsq(A, b, rcond=1e-3)[0]
+        left = np.linalg.norm(b - A @ found) / max(np.linalg.norm(gravity), 1e-300)
+        least.append(float(np.linalg.norm(found) + sign * left))
+    mass, moment = least
+    return max(moment, 0.0) / mass if mass > 0.0 else 0.0
 
 
 def residuals(measurements: Measurements, vector: Array, bias: Array | None) -> Array:

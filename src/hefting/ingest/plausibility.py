@@ -343,8 +343,9 @@ def misfit_warnings(
     estimate: Estimate, residual: Array, found: Ingested
 ) -> list[Message]:
     """A warning if the estimate's residual is much larger than that of unconstrained
-    least squares. `residual` (2,) is the root-mean-square residual of force [N] and
-    torque [N m]."""
+    least squares, and an error if it is not tied to a shape that may be wrong: then it is
+    of no body that has this wrench. `residual` (2,) is the root-mean-square residual of
+    force [N] and torque [N m]."""
     free = np.array((found.noise.force, found.noise.torque))
     over = residual > np.maximum(
         UNEXPLAINED_RESIDUAL_RATIO * free, 0.01 * found.wrench_rms
@@ -359,10 +360,11 @@ def misfit_warnings(
             "the motion is too fast for gravity alone (move slower, stop and go, or use "
             f"another method), or {cause}"
         )
+    say = warning
     if estimate.hull_margin is None:
-        cause = "do not trust it"
+        say, cause = error, "do not trust it"
     what = (
         f"{estimate.method} leaves {residual[0]:.2g} N and {residual[1]:.2g} N m of the wrench unexplained, "
         f"unconstrained least squares {free[0]:.2g} and {free[1]:.2g}: {cause}"
     )
-    return [warning("misfit", what, "shape")]
+    return [say("misfit", what, "shape")]

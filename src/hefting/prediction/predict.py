@@ -17,18 +17,19 @@ from hefting.core.magnitudes import LARGEST_GRAVITY
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.regressor import predict_wrench
-from hefting.core.sensor_accuracy import SensorAccuracy
+from hefting.core.regressor import full_rows, motion_features, predict_wrench
+from hefting.core.sensor_accuracy import EXACT, SensorAccuracy
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Mask, frozen
+from hefting.core.undetermined import Covariance
 from hefting.estimators import METHODS
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.tool import load_tool, with_tool
 from hefting.logs.given import as_recording
-from hefting.motion import measure
+from hefting.motion import Motion, measure
 from hefting.motion.measure import TWIST, Source
+from hefting.motion.state import acceleration_variances, effect_of_acceleration_errors
 from hefting.prediction.result import Agreement, Peak, Prediction, agreement
-from hefting.prediction.spread import Spread, motion_spread, reading_std, regressor
 
 MOST = 500_000
 """Largest number of predicted instants, all held in memory: eight minutes at 1 kHz."""
@@ -96,7 +97,7 @@ def predict(
         what = f"holds {longest:,} samples of one kind, more than {MOST:,}"
         raise InputError(what, trajectory.source, "take a part: `start`, `duration`")
     accuracy = SensorAccuracy.of(sensor_accuracy)
-    spread = None if estimate.covariance is None else Spread.of(estimate.covariance)
+    spread = None if estimate.covariance is None else Covariance.of(estimate.covariance)
     ingested, agreed, refusal = _compare(
         trajectory, estimate, spread, gravity, accuracy, motion
     )
@@ -110,7 +111,7 @@ def predict(
     z = measured.measurements
     with np.errstate(over="ignore", invalid="ignore"):  # refused below if not finite
         wrench = predict_wrench(z, estimate.parameters.vector)
-        reading = reading_std(wrench, accuracy)
+        reading = (accuracy or EXACT).reading_std(wrench)
         std = None if spread is None else np.hypot(spread.of_wrench(z), reading)
         if not np.isfinite(wrench).all() or (std is not None and np.isnan(std).any()):
             what = "the predicted wrench is not finite: no object is as heavy"
@@ -129,7 +130,7 @@ def predict(
         peaks=peaks,
         gravity=frozen(gravity),
         source=measured.source,
-        motion_std=motion_spread(estimate.parameters.vector, measured.motion),
+        motion_std=_motion_spread(estimate.parameters.vector, measured.motion),
         agreement=agreed,
         warnings=(
             *trajectory.warnings,
@@ -165,7 +166,7 @@ def _wrenchless(recording: Recording, motion: Source) -> Recording:
 def _compare(
     recording: Recording,
     estimate: Estimate,
-    spread: Spread | None,
+    spread: Covariance | None,
     gravity: Gravity | ArrayLike,
     accuracy: SensorAccuracy | None,
     motion: Source,
@@ -183,7 +184,11 @@ def _compare(
 
 
 def _peak(
-    z: Measurements, wrench: Array, spread: Spread | None, reading: Array, part: slice
+    z: Measurements,
+    wrench: Array,
+    spread: Covariance | None,
+    reading: Array,
+    part: slice,
 ) -> Peak:
     """The largest force or torque, columns `part` of a predicted wrench (K, 6). To first
     order its standard deviation is that of the component along its direction, from the
@@ -195,9 +200,25 @@ def _peak(
         direction = (
             wrench[k, part] / magnitude[k] if magnitude[k] > 0.0 else np.zeros(3)
         )
-        own = float(spread.std(direction @ regressor(z[k : k + 1])[0, part]))
+        own = float(
+            spread.std(direction @ full_rows(motion_features(z[k : k + 1]))[0, part])
+        )
         std = float(np.hypot(own, np.linalg.norm(direction * reading[k, part])))
     return Peak(float(magnitude[k]), float(z.time[k]), std)
+
+
+def _motion_spread(vector: Array, motion: Motion | None) -> Array | None:
+    """(2,) root mean square of one axis of the errors of force [N] and torque [N m] of a
+    body of parameters `vector` (10,), by the standard deviations of a smoothed motion.
+    None if the log gave the motion, or these are not finite."""
+    if motion is None:
+        return None
+    spread = np.sqrt(
+        effect_of_acceleration_errors(vector)
+        @ acceleration_variances(motion).mean(axis=1)
+        / 3.0
+    )
+    return spread if np.isfinite(spread).all() else None
 
 
 def _doubts(estimate: Estimate, gravity: Array, *, borne: bool) -> Iterator[Message]:
@@ -235,7 +256,7 @@ def _reading_note(
         yield note("band-of-reading", what, "sensor_accuracy")
 
 
-def _open_warning(spread: Spread | None, std: Array | None) -> Iterator[Message]:
+def _open_warning(spread: Covariance | None, std: Array | None) -> Iterator[Message]:
     if spread is None or std is None or not spread.open.any():
         return
     infinite: Mask = np.isinf(std)

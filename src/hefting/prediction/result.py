@@ -12,13 +12,13 @@ from hefting.core.estimate_json import json_ready, subtracted_tool
 from hefting.core.messages import Message, Verdict, error, verdict_of, warning
 from hefting.core.quantity import wrench_text
 from hefting.core.regressor import predict_wrench
-from hefting.core.sensor_accuracy import Z95, SensorAccuracy
+from hefting.core.sensor_accuracy import EXACT, Z95, SensorAccuracy
 from hefting.core.spatial import WRENCH, Array, freeze, immutable
 from hefting.core.summary import warning_lines
+from hefting.core.undetermined import Covariance
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import residuals
 from hefting.ingest.ingest import Ingested
-from hefting.prediction.spread import Spread, reading_std
 
 FEWEST = 12
 """Fewest samples from whose own fit their noise is estimated."""
@@ -65,7 +65,7 @@ class Agreement:
 
 def agreement(
     estimate: Estimate,
-    spread: Spread | None,
+    spread: Covariance | None,
     found: Ingested,
     accuracy: SensorAccuracy | None = None,
 ) -> Agreement:
@@ -75,8 +75,8 @@ def agreement(
     ----------
     estimate : Estimate
         Its bias, of several the one that fits best, is taken off the wrench.
-    spread : Spread or None
-        Uncertainty of the predicted wrench; without it ``within`` is None.
+    spread : Covariance or None
+        Of the parameters; without it ``within`` is None.
     found : Ingested
         The recording, ingested with a free bias.
     accuracy : SensorAccuracy or None
@@ -99,7 +99,9 @@ def agreement(
         fit = found.beside_bias
         own = _rms(residuals(z, fit.vector, fit.bias))
     if own is not None and spread is not None:
-        known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
+        known = np.hypot(
+            spread.of_wrench(z), (accuracy or EXACT).reading_std(predicted)
+        )
         std = np.hypot(known, np.repeat(own, 3))
         inside = np.abs(difference - np.repeat(is_constant, 3) * mean) <= Z95 * std
         within = np.mean(inside.reshape(-1, 2, 3), axis=(0, 2))
