@@ -13,7 +13,7 @@ _HOME = {
     "as_recording": "logs.given",
     "read_log": "logs",
     "write_log": "logs",
-    "with_sensor_pose": "logs.sensor_pose",
+    "with_sensor_pose": "logs.orientations",
     "Robot": "robots",
     "with_poses": "robots",
     "condition": "ingest",

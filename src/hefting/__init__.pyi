@@ -36,7 +36,7 @@ from hefting.inspection import inspect as inspect
 from hefting.logs import read_log as read_log
 from hefting.logs import write_log as write_log
 from hefting.logs.given import as_recording as as_recording
-from hefting.logs.sensor_pose import with_sensor_pose as with_sensor_pose
+from hefting.logs.orientations import with_sensor_pose as with_sensor_pose
 from hefting.motion import measure as measure
 from hefting.motion import smooth as smooth
 from hefting.motion.kalman import PoseFilter as PoseFilter

@@ -30,7 +30,7 @@ from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
 from hefting.ingest.rivals.judge import evidence, judge_one
 from hefting.logs import read_log
-from hefting.logs.sensor_pose import with_sensor_pose
+from hefting.logs.orientations import with_sensor_pose
 from hefting.logs.units import find_unit
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 

@@ -12,7 +12,7 @@ from hefting.core.quantity import turned_about
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import pose_matrix
 from hefting.logs import read_log
-from hefting.logs.sensor_pose import with_sensor_pose
+from hefting.logs.orientations import with_sensor_pose
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 

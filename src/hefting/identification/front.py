@@ -22,7 +22,7 @@ from hefting.identification.identify import Identification, identify_understood
 from hefting.identification.run import understand
 from hefting.ingest.tool import load_tool
 from hefting.logs.given import as_recording
-from hefting.logs.sensor_pose import with_given_sensor_pose
+from hefting.logs.orientations import with_given_sensor_pose
 from hefting.motion.measure import Source
 from hefting.shapes import as_pose, as_shape
 

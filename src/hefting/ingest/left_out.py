@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask, median, runs_of
-from hefting.ingest.changes.stretches import Changes, Stretch
+from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.conditioned import Conditioned
 
 CAUSES = {
@@ -70,7 +70,14 @@ def left_out_of(
     spans = [s for cause, mask in masks.items() for s in runs(cause, time, mask)]
     if not part.static:
         used = () if changes is None else changes.later(later).used
-        spans += [gap for gap in _missing(time) if not _divides(gap, used)]
+        spans += [
+            gap
+            for gap in _missing(time)
+            # unless it is a contact between stretches of one body
+            if not any(
+                gap.start < b.start and a.end < gap.end for a, b in pairwise(used)
+            )
+        ]
         spans += _stalled_ends(whole, part, first)
         spans += _faulty_poses(whole, part, first)
     spans += [] if changes is None else _of_changes(changes.later(later))
@@ -91,14 +98,6 @@ def _missing(time: Array) -> list[Span]:
         return []
     long = np.flatnonzero(steps > GAP * median(steps))
     return [Span("no-wrench", float(time[i]), float(time[i + 1]), 0) for i in long]
-
-
-def _divides(gap: Span, used: tuple[Stretch, ...]) -> bool:
-    """Whether a gap is a contact between stretches of one body."""
-    return any(
-        gap.start < after.start and before.end < gap.end
-        for before, after in pairwise(used)
-    )
 
 
 def _stalled_ends(whole: Recording, part: Recording, first: float) -> list[Span]:

@@ -46,8 +46,14 @@ from hefting.logs.map_entries import (
     parse_entry,
     parse_time,
 )
-from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
-from hefting.logs.sensor_pose import SENSOR_KEYS, mapped_sensor_pose
+from hefting.logs.orientations import (
+    ANGULAR,
+    FORMS,
+    POSE_FORMS,
+    SENSOR_KEYS,
+    is_euler_order,
+    mapped_sensor_pose,
+)
 from hefting.logs.units import UNITS, Unit, find_unit
 
 KINDS: dict[str, tuple[tuple[str, int], ...]] = {

@@ -17,8 +17,8 @@ from hefting.logs.orientations import (
     in_sensor_axes,
     quaternions,
     split_pose,
+    with_sensor_pose,
 )
-from hefting.logs.sensor_pose import with_sensor_pose
 from hefting.logs.static_poses import warn_about_static, without_times
 from hefting.logs.table import (
     Table,

@@ -11,7 +11,7 @@ from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
 from hefting.logs.growing import Growing
-from hefting.logs.sensor_pose import with_given_sensor_pose
+from hefting.logs.orientations import with_given_sensor_pose
 from hefting.online.samples import Samples, arrays_of, joined, possible
 from hefting.online.series import Series
 

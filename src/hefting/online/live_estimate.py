@@ -19,7 +19,7 @@ from hefting.identification.estimator import accuracy_of, shape_of
 from hefting.identification.identify import identify_understood
 from hefting.identification.run import understand
 from hefting.logs.given import as_recording
-from hefting.logs.sensor_pose import with_given_sensor_pose
+from hefting.logs.orientations import with_given_sensor_pose
 from hefting.online.understanding import Settings
 
 LiveStateName = Literal[

@@ -224,7 +224,7 @@ def placed(a: Any, recording: "Recording", path: str) -> "Recording":
     pose = sensor_pose_of(a)
     if pose is None:
         return recording
-    from hefting.logs.sensor_pose import with_given_sensor_pose
+    from hefting.logs.orientations import with_given_sensor_pose
 
     return with_given_sensor_pose(recording, pose)
 

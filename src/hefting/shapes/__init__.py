@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.files import MAX_JSON, read_bytes, read_json
-from hefting.core.quantity import turned_about
+from hefting.core.quantity import UNITS, turned_about
 from hefting.core.spatial import Array, check_pose, frozen, plain, pose_matrix
 from hefting.shapes.files import NUMPY, load_array, read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
@@ -176,7 +176,7 @@ def parse_pose(source: str | Path) -> Array:
     try:
         numbers = [_length(word) for word in words if word not in turns]
         numbers = numbers or [0.0, 0.0, 0.0]
-    except ValueError:
+    except (ValueError, KeyError):
         numbers, turns = _numbers_in(text), []
     try:
         array = np.asarray(numbers, dtype=float)
@@ -196,11 +196,10 @@ def parse_pose(source: str | Path) -> Array:
 
 
 def _length(word: str) -> float:
-    """A length [m], with or without its unit. `ValueError` for another word."""
-    for unit, size in (("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)):
-        if word.endswith(unit):
-            return float(word.removesuffix(unit)) * size
-    return float(word)
+    """A length [m], with or without its unit. `ValueError` or `KeyError` for another
+    word."""
+    number = word.rstrip("cm")
+    return float(number) * UNITS["length"][word[len(number) :] or "m"]
 
 
 def _numbers_in(path: str) -> Any:
