@@ -44,7 +44,10 @@ def test_two_mistakes_are_not_looked_for_beside_a_change_that_leaves_a_right_par
     ("made", "searched"),
     [
         ((("turned about x", "180°"), ("unit of force", "kgf")), [False, True]),
-        ((("unit of position", "in"), ("bias none", "1 N")), [False, True, True]),
+        (
+            (("unit of position", "in"), ("bias none", "1 N")),
+            [False, False, True, True],
+        ),
     ],
     ids=["one explains the whole", "the part is wrong"],
 )

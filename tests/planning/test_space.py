@@ -7,7 +7,7 @@ import pytest
 from folding_arm import JOINTS, SIZES, folding_arm
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.messages import codes
-from hefting.planning import contacts
+from hefting.planning import solids
 from hefting.planning.space import FAR, Space
 from urdfs import joint
 
@@ -224,4 +224,4 @@ def test_configurations_are_checked_many_at_a_time(tmp_path):
     single = [space.clearance(sample[None])[0] for sample in SAMPLES[:50]]
     # a pair's distance may depend in its last digits on how it was begun
     np.testing.assert_allclose(together, single, atol=1e-9)
-    assert contacts.Contacts is type(space.contacts)
+    assert solids.Contacts is type(space.contacts)

@@ -152,11 +152,16 @@ def test_masses_are_drawn_where_there_is_one_for_each_point(session):
     assert foreign.answer(1.0, Settings("other")).scene.points is None
 
 
-def test_a_recording_without_an_object_is_refused():
+def test_noise_is_not_to_be_used_and_torques_in_millimetres_are_refused():
     recording = recorded()
     wrench = recording["wrench"]
     noise = np.random.default_rng(0).normal(size=wrench.values.shape)
     empty = replace(wrench, values=0.1 * noise)
     streams = {**recording.streams, "wrench": empty}
+    session = Session(ingest(replace(recording, streams=streams)), shape())
+    answer = session.answer(recording.duration, session.default)
+    assert answer.estimate is None or answer.estimate.verdict.level == "do not use"
+    milli = replace(wrench, values=wrench.values * (1, 1, 1, 1e3, 1e3, 1e3))
+    streams = {**recording.streams, "wrench": milli}
     with pytest.raises(InputError):
         Session(ingest(replace(recording, streams=streams)), shape())

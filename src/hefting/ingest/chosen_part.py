@@ -48,8 +48,8 @@ def choose_part(
     possible with an object in the hand, else all of it.
 
     Stretches that only contacts divide from that one are used too, unless together they
-    are in doubt. All of it is used if a mistake explains it, or the part was given. `fit` conditions
-    a part without looking for changes; `sensor_errors` as in `Case`.
+    are in doubt. All of it is used if a mistake explains it, or the part was given. `fit`
+    conditions a part without looking for changes; `sensor_errors` as in `Case`.
     """
     with_tool, changes = tool is not None, found.changes
     case_of = partial(_case, may_be_biased=may_be_biased, sensor_errors=sensor_errors)
@@ -68,7 +68,8 @@ def choose_part(
     def judged(changes: Changes) -> tuple[Recording, Conditioned, Doubt | None]:
         part = _during(recording, changes.used)
         of_part = fit(part)
-        return part, of_part, doubt_of(case_of(part, of_part), with_tool=with_tool)
+        alone, case = len(changes.used) == 1, case_of(part, of_part)
+        return part, of_part, doubt_of(case, with_tool=with_tool, pairs=alone)
 
     part, of_part, doubt = judged(changes)
     if doubt is not None and len(changes.used) > 1:

@@ -50,8 +50,7 @@ FEWEST_DIFFERENCES = 40
 OF_DIFFERENCES = 70.0**0.5
 """Deviation of fourth differences over that of the values: 1 + 16 + 36 + 16 + 1."""
 CLEAR_COLOUR = 1.15
-"""Ratio to the floor above which noise is coloured; of white noise it is found to 6
-%."""
+"""Ratio to the floor above which noise is coloured; of white noise it is found to 6 %."""
 COARSE_OFFSETS = 0.02 * np.arange(-5.0, 6.0)
 """[s] Clock offsets that are tried with every explanation, beside those near the one
 that conditioning found."""
