@@ -254,7 +254,7 @@ def test_what_a_contact_divides_is_used_together():
     assert changes.used == changes.stretches
     assert len(changes.used) == 2
     (said,) = (w for w in found.warnings if w.code == "change-part-used")
-    assert re.search(r"only 0\.00 to 4\.\d+ s, 7\.\d+ to 1[12]\.\d+ s is used", said)
+    assert re.search(r"only 0\.00 to 4\.\d+ s and 7\.\d+ to 1[12]\.\d+ s is used", said)
     time = found.ingested.measurements.time
     assert (time.min() < 0.5) & (time.max() > 11.5)
     assert not ((time > 5.1) & (time < 6.9)).any()

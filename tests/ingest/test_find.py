@@ -162,9 +162,7 @@ def test_nothing_is_told_where_no_stretch_lasts(monkeypatch):
         monkeypatch.setattr(find, "_is_contact", lambda found, so=contact: so)
         one = Stretch(0.0, lasts, 1.0, None, "touched", bare=False)
         short = Stretch(3.0, 3.1, 1.0, None, None, bare=False)
-        monkeypatch.setattr(
-            find, "_described", lambda *_, s=(one, short): (list(s), False)
-        )
+        monkeypatch.setattr(find, "_described", lambda *_, s=(one, short): list(s))
         changes = _changes(assigned(), 5.0)
         assert (changes is not None) is told
         if changes is not None:

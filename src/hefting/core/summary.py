@@ -33,6 +33,10 @@ class Shown:
         return import_module("hefting.notebook").html_of(self)
 
 
+LABEL = 17
+"""Width of the labels in `body_lines`."""
+
+
 def body_lines(
     body: InertialParameters,
     intervals: Mapping[str, Array] | None,

@@ -21,7 +21,7 @@ from hefting.core.errors import InputError, NeedError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.progress import each
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.summary import body_lines
+from hefting.core.summary import LABEL, body_lines
 from hefting.estimators import METHODS, VARIANTS, Estimator, method_named, spelled
 from hefting.estimators.base import Role
 from hefting.estimators.quadratic import Quadratic
@@ -81,7 +81,7 @@ class Comparison(Answer):
         rows = []
         for name, e in self.shown.items():
             body = e.parameters, e.intervals, e.undetermined
-            mass, com = (line[17:] for line in body_lines(*body)[:2])
+            mass, com = (line[LABEL:] for line in body_lines(*body)[:2])
             rows.append(f"  {name:<14} {mass}, COM {com}")
         return "\n".join((super().__repr__(), f"recommended: {self.reason}", *rows))
 

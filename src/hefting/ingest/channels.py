@@ -31,8 +31,10 @@ HIDING_SHARE = 0.5
 below 0.6 steps, and samples that all round to one value seem exact."""
 FEW_STEPS = 2.0
 """Range in steps of the other channels of a force or torque up to which a constant one
-may be rounded; and number of levels beside one at which a channel rests, which rounding
-of little noise has too."""
+may be rounded."""
+LEVELS_OF_ROUNDING = 2
+"""Number of levels on either side of a frequent one that rounding of little noise has,
+too."""
 LEAST_RESTING, ALONE = 0.05, 10.0
 """Share of samples at one value from which on a channel rests there: with 9 % a mass was
 found 11 % too small; and their number over that of any other value, which is 4 of noise
@@ -84,7 +86,7 @@ def _rests(channel: Array) -> bool:
     if not counts[at] > max(LEAST_RESTING * len(channel), ALONE * other):
         return False
     moving = channel[channel != levels[at]]
-    within = min(at, len(levels) - 1 - at) > FEW_STEPS
+    within = min(at, len(levels) - 1 - at) > LEVELS_OF_ROUNDING
     return bool(within) and not step_beyond_noise(moving)
 
 

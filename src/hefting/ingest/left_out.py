@@ -68,8 +68,9 @@ def left_out_of(
     if found.path is not None and found.path.moves:
         masks["no-pose"] = ~found.path.known_at(wrench.time - found.offset)
     spans = [s for cause, mask in masks.items() for s in runs(cause, time, mask)]
+    changes = None if changes is None else changes.later(later)
     if not part.static:
-        used = () if changes is None else changes.later(later).used
+        used = () if changes is None else changes.used
         spans += [
             gap
             for gap in _missing(time)
@@ -80,7 +81,7 @@ def left_out_of(
         ]
         spans += _stalled_ends(whole, part, first)
         spans += _faulty_poses(whole, part, first)
-    spans += [] if changes is None else _of_changes(changes.later(later))
+    spans += [] if changes is None else _of_changes(changes)
     return tuple(sorted(spans, key=lambda span: (span.start, span.cause)))
 
 
@@ -131,6 +132,7 @@ def _absent(every: Stream, kept: Stream, part: Recording) -> Mask:
 
 
 def _of_changes(changes: Changes) -> list[Span]:
-    others = [s for s in changes.stretches if s not in changes.used]
+    used = changes.used
+    others = [s for s in changes.stretches if s not in used]
     spans = [Span("other", s.start, s.end, 0) for s in others]
     return spans + [Span("touched", t.start, t.end, 0) for t in changes.touches]

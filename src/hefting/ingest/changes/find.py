@@ -6,6 +6,8 @@ same body are joined, and those that no body explains are contacts. The result i
 only if the bodies and contacts explain the wrench to the sensor's noise.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from hefting.core.progress import each
@@ -158,11 +160,13 @@ def _changes(found: Assignment, start: float) -> Changes | None:
     touches = _touches(found, parts, start)
     if not (_is_contact(found) if touches else _is_change(found, parts)):
         return None
-    stretches, alone = _described(found, parts, touches, start)
+    stretches = _described(found, parts, touches, start)
     if max(stretch.duration for stretch in stretches) < SHORTEST_STRETCH:
         return None
     duration = float(found.cells.last[-1] - found.cells.first[0])
-    return Changes(tuple(stretches), tuple(touches), duration, alone)
+    return Changes(
+        tuple(stretches), tuple(touches), duration, _may_differ(found, parts)
+    )
 
 
 def _without_excursions(found: Assignment) -> list[Part]:
@@ -231,19 +235,11 @@ def _touches(found: Assignment, parts: list[Part], start: float) -> list[Touch]:
 
 def _described(
     found: Assignment, parts: list[Part], touches: list[Touch], start: float
-) -> tuple[list[Stretch], bool]:
-    """The stretches with their bodies, by a joint fit, and the events that end them; and
-    whether a body may not have been the same before and after a contact."""
+) -> list[Stretch]:
+    """The stretches with their bodies, by a joint fit, and the events that end them."""
     cells, labels = found.cells, [part.label for part in parts]
     intervals = [(part.begin, part.end) for part in parts]
-    model = JointModel(cells, intervals, drift=1)
-    fit, own = model.fit(labels), model.fit(list(range(len(parts))))
-    white = max(float(own.variance.max()), 1.0) * autocorrelation(model.residuals(own))
-    alone = any(
-        own.increase(i, i + 1) > SAME_BODY * white
-        for i in range(len(labels) - 1)
-        if labels[i] == labels[i + 1]
-    )
+    fit = JointModel(cells, intervals, drift=1).fit(labels)
     if _mass_is_open(fit):
         fit = JointModel(cells, intervals, drift=0).fit(labels)
     names = sorted(set(labels))
@@ -259,7 +255,20 @@ def _described(
         bare = events[i] == "picked-up" or (i > 0 and events[i - 1] == "put-down")
         com = center_of_mass(bodies[i], max(masses))
         stretches.append(Stretch(first, last, masses[i], com, events[i], bare))
-    return stretches, alone
+    return stretches
+
+
+def _may_differ(found: Assignment, parts: list[Part]) -> bool:
+    """Whether a body may not have been the same before and after a contact, as bodies of
+    their own fit the stretches better by more than chance."""
+    again = [i for i, (a, b) in enumerate(pairwise(parts)) if a.label == b.label]
+    if not again:
+        return False
+    intervals = [(part.begin, part.end) for part in parts]
+    model = JointModel(found.cells, intervals, drift=1)
+    own = model.fit(list(range(len(parts))))
+    white = max(float(own.variance.max()), 1.0) * autocorrelation(model.residuals(own))
+    return any(own.increase(i, i + 1) > SAME_BODY * white for i in again)
 
 
 def _mass_is_open(fit: JointFit) -> bool:

@@ -227,7 +227,7 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
     if not chosen:
         what = f"the part that was given is used, though no single free body explains it; parts of one body: {parts}"
         return [*said, error("change-left-in", what, "start")]
-    used = ", ".join(f"{s.start:.2f} to {s.end:.2f} s" for s in changes.used)
+    used = " and ".join(f"{s.start:.2f} to {s.end:.2f} s" for s in changes.used)
     what = f"only {used} is used; parts to choose from: {parts}"
     if changes.gripper is not None:
         what += (

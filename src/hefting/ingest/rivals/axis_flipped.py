@@ -94,10 +94,10 @@ def explain_turned_apart(case: Case) -> Explanation | None:
     )
     angle, axis = angle_and_axis(found.R)
     known = float(np.sqrt(axis @ found.covariance @ axis + 0.5 * CROSS_TALK**2))
-    this, other = ("force", "torque")[:: 1 - 2 * only]
+    names = ("force", "torque")
     return Explanation(
         TURNED_APART,
-        f"the {this}'s axes seem turned by {turn_text(found.R, known)} against the {other}'s",
+        f"the {names[only]}'s axes seem turned by {turn_text(found.R, known)} against the {names[1 - only]}'s",
         "log both in the same axes",
         found.fitted,
         3,
